@@ -1,0 +1,221 @@
+"""Spatial light modulators that show binary patterns under their own clock.
+
+**The N + 1 edge rule.** A counter closes a pattern's bin at the *next* sync edge, so N patterns need N + 1 edges.
+The guard picture that gives the last edge belongs to the **sequence**: the last entry of every play order is a dark plane.
+A modulator adds nothing: it plays the order once as given, one picture and one sync edge for each entry.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol, Self, TypeAlias, runtime_checkable
+
+import numpy as np
+from pydantic import NonNegativeInt, PositiveInt
+
+from protocols.errors import PlanError
+from protocols.values import Bytes, DeviceIdentity, Frozen, Integers
+
+UploadProgress: TypeAlias = Callable[[int, int], None]
+"""Called with (unique patterns stored so far, unique patterns in all)."""
+
+
+class ModulatorLimits(Frozen):
+    """What a modulator can do, as read from the device."""
+
+    columns: PositiveInt
+    """Mirrors a row."""
+
+    rows: PositiveInt
+    """Rows of mirrors."""
+
+    shortest_picture_time_us: PositiveInt
+    """Shortest time from one picture to the next, whole microseconds."""
+
+    longest_picture_time_us: PositiveInt
+    """Longest such time."""
+
+    unique_patterns: PositiveInt
+    """Bit planes that the device can hold now."""
+
+    play_order_entries: PositiveInt
+    """Longest play order, the guard picture included."""
+
+
+class ModulatorTiming(Frozen):
+    """When a modulator changes pictures. Read back from the device, never assumed."""
+
+    picture_time_us: PositiveInt
+    """Start of one picture to the start of the next."""
+
+    sync_delay_us: NonNegativeInt = 0
+    """Sync edge to picture start. 0 makes a counter's bins the pictures themselves."""
+
+    sync_width_us: PositiveInt = 5
+    """Length of the sync pulse: longer than the counter's input filter, shorter than the picture time."""
+
+
+class PixelGrid(Frozen):
+    """Where the square image grid lies on the modulator's mirrors, centred."""
+
+    image_size: PositiveInt
+    """Image pixels a side (m)."""
+
+    superpixel: PositiveInt
+    """Mirrors a side of one image pixel."""
+
+    columns: PositiveInt = 1024
+    """Mirrors a row of the whole modulator."""
+
+    rows: PositiveInt = 768
+    """Rows of mirrors of the whole modulator."""
+
+    @property
+    def side_mirrors(self) -> int:
+        """Mirrors a side of the image field."""
+        return self.image_size * self.superpixel
+
+    @property
+    def origin(self) -> tuple[int, int]:
+        """Row and column of the field's first mirror: the field is centred on the modulator."""
+        return (self.rows - self.side_mirrors) // 2, (self.columns - self.side_mirrors) // 2
+
+    @property
+    def fits(self) -> bool:
+        """Whether the field lies on the modulator whole."""
+        return self.side_mirrors <= min(self.rows, self.columns)
+
+
+@dataclass(frozen=True, eq=False)
+class PatternSequence:
+    """Unique bit planes, packed, and the order in which to play them.
+
+    Planes are kept at the patterns' own resolution, ``samples`` a side, and become mirrors on request
+    (``mirror_plane``): 3,336 patterns of 128 x 128 are 7 MB here and 328 MB as mirrors of a 1024 x 768 modulator.
+    """
+
+    planes: Bytes
+    """``(unique, samples, ceil(samples / 8))``: rows packed 8 samples a byte, leftmost sample in the highest bit."""
+
+    play_order: Integers
+    """``(pictures,)``: index into ``planes`` of each picture. The last one is the guard: a dark plane."""
+
+    grid: PixelGrid
+    """Where the field lies on the mirrors."""
+
+    samples: int
+    """Pattern samples a side: ``grid.image_size`` times the upsampling ratio of the dithering."""
+
+    def __post_init__(self) -> None:
+        """Refuse a sequence that cannot be played.
+
+        Raises:
+            PlanError: shapes that do not agree, an index out of range, or no dark guard picture at the end.
+        """
+        width = -(-self.samples // 8)
+        if self.planes.ndim != 3 or self.planes.shape[1:] != (self.samples, width):
+            raise _bad(f"planes of shape {self.planes.shape}", f"(unique, {self.samples}, {width})")
+        if self.grid.side_mirrors % self.samples:
+            raise _bad(f"{self.samples} samples on {self.grid.side_mirrors} mirrors", "whole mirrors a sample")
+        if not self.grid.fits:
+            raise _bad(
+                f"a field of {self.grid.side_mirrors} mirrors a side",
+                f"at most {min(self.grid.rows, self.grid.columns)}",
+            )
+        if len(self.play_order) < 2 or not 0 <= self.play_order.min() <= self.play_order.max() < len(self.planes):
+            raise _bad("a play order that is too short or points outside the planes", "two or more valid indices")
+        if self.planes[self.play_order[-1]].any():
+            raise _bad("a play order that ends on a lit picture", "a dark guard picture as the last entry")
+
+    @property
+    def n_patterns(self) -> int:
+        """Patterns that are data: all pictures but the guard."""
+        return len(self.play_order) - 1
+
+    @cached_property
+    def _scale(self) -> int:
+        return self.grid.side_mirrors // self.samples
+
+    def sample_plane(self, index: int) -> Bytes:
+        """Plane ``index`` as ``(samples, samples)`` of 0 and 1."""
+        return np.unpackbits(self.planes[index], axis=-1, count=self.samples)
+
+    def mirror_plane(self, index: int) -> Bytes:
+        """Plane ``index`` as the modulator wants it: ``(rows, columns / 8)``, packed, dark outside the field."""
+        grid = self.grid
+        top, left = grid.origin
+        mirrors = np.zeros((grid.rows, grid.columns), np.uint8)
+        field = self.sample_plane(index).repeat(self._scale, 0).repeat(self._scale, 1)
+        mirrors[top : top + grid.side_mirrors, left : left + grid.side_mirrors] = field
+        return np.packbits(mirrors, axis=-1)
+
+
+def _bad(saw: str, expected: str) -> PlanError:
+    return PlanError(saw=saw, expected=expected, remedy="change image_size, superpixel or upsampling in plan.toml")
+
+
+@runtime_checkable
+class PatternModulator(Protocol):
+    """Shows binary patterns under its own clock and gives one sync edge for each picture.
+
+    Life: ``load`` -> ``start`` -> ``wait`` (or ``halt``); ``start`` again replays. ``halt`` is allowed at any time, from
+    any thread, and twice. As a context manager it is open from construction on and closed (halted, memory freed) on exit.
+    """
+
+    @property
+    def identity(self) -> DeviceIdentity:
+        """Who the device is."""
+        ...
+
+    @property
+    def limits(self) -> ModulatorLimits:
+        """Geometry in mirrors, picture times, and memory in unique patterns."""
+        ...
+
+    def load(
+        self, sequence: PatternSequence, timing: ModulatorTiming, progress: UploadProgress | None = None
+    ) -> ModulatorTiming:
+        """Store each unique pattern once and return the timing that the device will keep.
+
+        All or nothing: after an error the device holds no half sequence and can be loaded again.
+
+        Raises:
+            PatternMemoryFull: more unique patterns, or a longer play order, than the device holds.
+            PictureTimeTooShort: faster than the device can play; names the shortest.
+            PlanError: the sequence was made for another mirror geometry.
+        """
+        ...
+
+    def start(self) -> None:
+        """Play the order once, from the first picture, and return at once.
+
+        Raises:
+            WrongState: nothing is loaded, or the last run still plays.
+        """
+        ...
+
+    @property
+    def running(self) -> bool:
+        """Whether pictures are being played now."""
+        ...
+
+    def wait(self, timeout_s: float) -> None:
+        """Return when the last picture has been shown.
+
+        Raises:
+            DeviceTimeout: still playing after ``timeout_s``.
+            WrongState: never started.
+        """
+        ...
+
+    def halt(self) -> None:
+        """Stop at once and show nothing. Never raises for a device that is already idle."""
+        ...
+
+    def __enter__(self) -> Self:
+        """Give the open device."""
+        ...
+
+    def __exit__(self, *exc: object) -> None:
+        """Halt and let go of the device, even if halting fails."""
+        ...

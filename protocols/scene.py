@@ -1,0 +1,37 @@
+"""What stands in front of a simulated bench, as far as the framework may know it: its clock and its truth."""
+
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+from protocols.clock import Clock
+from protocols.modulator import PixelGrid
+from protocols.values import Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """What a simulated run really showed."""
+
+    displacement_px: Floats
+    """``(frames, 2)``: x, y at each asked time, relative to the first."""
+
+    image: Floats
+    """``(image_size, image_size)``: transmission of the object at the first asked time, row = y (down), column = x."""
+
+
+@runtime_checkable
+class Scene(Protocol):
+    """The optical bench that simulated devices and wire emulators share."""
+
+    @property
+    def clock(self) -> Clock:
+        """The time of every device on this bench."""
+        ...
+
+    def use_grid(self, grid: PixelGrid) -> None:
+        """Take ``grid`` as the meaning of "px" from now on. Called before the patterns of a run are loaded."""
+        ...
+
+    def truth(self, time_s: Floats) -> Truth:
+        """What the last run showed at ``time_s``, ``(frames,)``, counted from its first sync edge."""
+        ...

@@ -1,0 +1,50 @@
+"""What the values of all three protocols share: frozen models, array types, identity."""
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict
+
+Floats: TypeAlias = NDArray[np.float64]
+"""Real numbers in double precision."""
+
+Bytes: TypeAlias = NDArray[np.uint8]
+"""Packed bit planes, or grey values 0 to 255."""
+
+Integers: TypeAlias = NDArray[np.int64]
+"""Indices and exact counts."""
+
+Mask: TypeAlias = NDArray[np.bool_]
+"""True where the thing named holds."""
+
+
+class Frozen(BaseModel):
+    """A value: it cannot change, and a key that it does not know is an error."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class DeviceIdentity(Frozen):
+    """Who a device is, for the recording and for every error message."""
+
+    name: str
+    """The short name that errors carry, such as ``dmd``, ``pmt`` or ``stage``."""
+
+    vendor: str
+    """Maker of the device."""
+
+    model: str
+    """Model as the maker writes it."""
+
+    serial: str = ""
+    """Serial number, empty where the device does not tell."""
+
+    firmware: str = ""
+    """Firmware version, empty where the device does not tell."""
+
+    driver: str = ""
+    """Driver plug-in and the version of the vendor library under it."""
+
+    simulated: bool = False
+    """True where no hardware stands behind it."""

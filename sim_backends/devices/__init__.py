@@ -1,0 +1,1 @@
+"""Simulated equivalents of the three devices, on the optical bench."""
