@@ -1,0 +1,1 @@
+"""TOML files into checked models, and plug-ins by name."""

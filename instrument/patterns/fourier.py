@@ -1,0 +1,38 @@
+"""Fourier patterns: cosine fringes of one spatial frequency along one axis."""
+
+from typing import Literal
+
+import numpy as np
+
+from instrument.patterns.dither import floyd_steinberg
+from protocols import Bytes, Floats
+
+
+def fringe(size: int, cycles: int, phase_rad: float, axis: Literal["x", "y"], upsampling: int = 1) -> Floats:
+    """Give P(x, y) = 1/2 + 1/2 cos(2 pi f u + phase), u the pixel coordinate along ``axis``, f = cycles / size.
+
+    Args:
+        size: image pixels a side (m).
+        cycles: periods across the field.
+        phase_rad: phase at pixel 0.
+        axis: ``x`` varies along columns, ``y`` along rows.
+        upsampling: samples a side of one pixel; sample centres stand symmetrically about the pixel's.
+
+    Returns:
+        ``(size * upsampling, size * upsampling)`` of grey values 0 to 1, row = y.
+
+    References:
+        Li et al., "Single-pixel imaging of a translational object", Opt. Express (2023), equation 1.
+    """
+    coordinate_px = (np.arange(size * upsampling) + 0.5) / upsampling - 0.5
+    line = 0.5 + 0.5 * np.cos(2 * np.pi * cycles / size * coordinate_px + phase_rad)
+    square = np.broadcast_to(line, (len(line), len(line)))
+    return np.array(square if axis == "x" else square.T)
+
+
+def fourier_pattern(size: int, cycles: int, phase_rad: float, axis: Literal["x", "y"], upsampling: int = 1) -> Bytes:
+    """Give the binary pattern that stands for ``fringe``, by Floyd-Steinberg dithering.
+
+    Its complement, ``1 - pattern``, stands for the phase turned by pi, so that both add to the all-one pattern exactly.
+    """
+    return floyd_steinberg(fringe(size, cycles, phase_rad, axis, upsampling))

@@ -1,0 +1,84 @@
+"""Hadamard patterns as outer products of Walsh rows, and the orders in which to show them."""
+
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import hadamard
+
+from protocols import Integers
+
+Signs: TypeAlias = NDArray[np.int8]
+"""Values -1 and +1."""
+
+HadamardOrder: TypeAlias = Literal["tv", "hyperbolic", "natural"]
+
+
+def walsh_matrix(size: int) -> Signs:
+    """Give the Walsh rows by ascending number of sign changes: row c changes sign c times.
+
+    Args:
+        size: a power of two.
+
+    Returns:
+        ``(size, size)`` of -1 and +1; symmetric, rows orthogonal.
+
+    Raises:
+        ValueError: ``size`` is no power of two.
+    """
+    return _natural(size)[np.argsort(_sign_changes(size))]
+
+
+def hadamard_order(size: int, order: HadamardOrder, count: int | None = None) -> Integers:
+    """List Hadamard patterns as pairs of Walsh rows (c_i down, c_j across), in the order in which they are shown.
+
+    ``tv``: ascending total variation, 2 m (c_i + c_j). ``hyperbolic``: ascending (c_i + 1)(c_j + 1). ``natural``: Sylvester's
+    order, k = size * i + j with i, j counted in Sylvester's matrix. Ties are broken by c_i, so the order is one of its kind.
+
+    Args:
+        size: image pixels a side, a power of two.
+        order: which order.
+        count: how many; None for all ``size ** 2``. More than that starts again from the first.
+
+    Returns:
+        ``(count, 2)`` of sign-change numbers.
+
+    References:
+        Yu et al., Scientific Reports 10 (2020), doi 10.1038/s41598-020-66371-5: ascending total variation.
+    """
+    changes = np.arange(size)
+    if order == "natural":
+        changes = _sign_changes(size)
+    down, across = (axis.ravel() for axis in np.meshgrid(changes, changes, indexing="ij"))
+    if order == "tv":
+        rank = np.lexsort((down, down + across))
+    elif order == "hyperbolic":
+        rank = np.lexsort((down, (down + 1) * (across + 1)))
+    else:
+        rank = np.arange(size * size)
+    pairs = np.stack([down, across], axis=1)[rank].astype(np.int64)
+    return pairs if count is None else pairs[np.arange(count) % len(pairs)]
+
+
+def hadamard_signs(size: int, pairs: Integers) -> Signs:
+    """Give the patterns H = w_i(y) w_j(x) of the pairs listed.
+
+    Args:
+        size: image pixels a side.
+        pairs: ``(n, 2)`` as from ``hadamard_order``.
+
+    Returns:
+        ``(n, size, size)`` of -1 and +1, row = y.
+    """
+    walsh = walsh_matrix(size)
+    return walsh[pairs[:, 0], :, None] * walsh[pairs[:, 1], None, :]
+
+
+def _natural(size: int) -> Signs:
+    return hadamard(size, dtype=np.int8)
+
+
+def _sign_changes(size: int) -> Integers:
+    """Sign changes of each row of Sylvester's matrix."""
+    changes: Integers = np.count_nonzero(np.diff(_natural(size), axis=1), axis=1).astype(np.int64)
+    return changes

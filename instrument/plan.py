@@ -1,0 +1,132 @@
+"""The acquisition as a frozen value: compare it, store it, check it, run it."""
+
+import json
+from pathlib import Path
+from typing import Literal, Self
+
+from pydantic import Field, PositiveFloat, PositiveInt, field_validator, model_validator
+
+from instrument.config.load import load_model
+from protocols import Frozen, MotionProfile, PixelGrid
+
+
+class MotionPlan(Frozen):
+    """How the stage carries the object during a run."""
+
+    start_mm: float = 0.0
+    """Where the stage stands before the run. The run-up starts here."""
+
+    velocity_mm_s: float
+    """Cruise velocity; its sign is the direction."""
+
+    acceleration_mm_s2: PositiveFloat = 50.0
+    """Of the run-up and of the run-down."""
+
+    acquire: Literal["cruise", "from-rest"] = "cruise"
+    """``cruise``: the first pattern is shown when the run-up is over. ``from-rest``: when the stage starts to move."""
+
+    @field_validator("velocity_mm_s")
+    @classmethod
+    def _moves(cls, velocity_mm_s: float) -> float:
+        if velocity_mm_s == 0:
+            raise ValueError("is 0: leave out the whole [motion] table for an object at rest")
+        return velocity_mm_s
+
+    @property
+    def profile(self) -> MotionProfile:
+        """Velocity and acceleration without direction."""
+        return MotionProfile(velocity_mm_s=abs(self.velocity_mm_s), acceleration_mm_s2=self.acceleration_mm_s2)
+
+    @property
+    def run_up_s(self) -> float:
+        """From the start of the motion to the first pattern."""
+        return self.profile.ramp_time_s if self.acquire == "cruise" else 0.0
+
+    def end_mm(self, run_s: float) -> float:
+        """Where the stage comes to rest after a run of ``run_s`` seconds: ramp, way during the run, ramp."""
+        profile = self.profile
+        if self.acquire == "cruise":
+            way = 2 * profile.ramp_mm + profile.velocity_mm_s * run_s
+        else:
+            # The ramp belongs to the run. A run shorter than the ramp still ends with a whole ramp down.
+            way = 2 * profile.ramp_mm + profile.velocity_mm_s * max(0.0, run_s - profile.ramp_time_s)
+        return self.start_mm + (way if self.velocity_mm_s > 0 else -way)
+
+
+class Plan(Frozen):
+    """One run: what is shown, how often, how fast, and how the object moves meanwhile."""
+
+    scheme: Literal["fourier-hadamard"] = "fourier-hadamard"
+    """What one frame shows and how its values decode."""
+
+    frames: PositiveInt
+    """Frames in the run; one displacement each."""
+
+    pattern_rate_hz: PositiveFloat = 20_000.0
+    """Patterns a second. Boards keep whole microseconds: see ``picture_time_us``."""
+
+    image_size: PositiveInt = 128
+    """Image pixels a side (m): a power of two, as Hadamard patterns need it."""
+
+    superpixel: PositiveInt = 2
+    """Mirrors a side of one image pixel."""
+
+    upsampling: PositiveInt = 1
+    """Dithering samples a side of one image pixel, for the Fourier patterns. Must divide ``superpixel``."""
+
+    fourier_cycles: PositiveInt = 2
+    """Periods of the Fourier patterns across the field: f = cycles / m. Motion is unambiguous within m / (2 cycles)."""
+
+    hadamard_order: Literal["tv", "hyperbolic", "natural"] = "tv"
+    """In which order Hadamard patterns are taken: ascending c_i + c_j, ascending (c_i + 1)(c_j + 1), or Sylvester's."""
+
+    shuffle_seed: int | None = Field(default=None, ge=0)
+    """Shuffle the chosen Hadamard patterns in time by this seed: better early images. None keeps the order."""
+
+    motion: MotionPlan | None = None
+    """What the stage does. None leaves it where it is."""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.image_size < 8 or self.image_size & (self.image_size - 1):
+            raise ValueError(f"image_size is {self.image_size}: Hadamard patterns need a power of two, 8 or more")
+        if self.superpixel % self.upsampling:
+            raise ValueError(f"upsampling is {self.upsampling}: it must divide superpixel = {self.superpixel}")
+        if 2 * self.fourier_cycles >= self.image_size:
+            raise ValueError(f"fourier_cycles is {self.fourier_cycles}: it must be below image_size / 2")
+        if self.pattern_rate_hz > 1e6:
+            raise ValueError(f"pattern_rate_hz is {self.pattern_rate_hz:g}: at most 1e6, one microsecond a picture")
+        return self
+
+    @property
+    def picture_time_us(self) -> int:
+        """Whole microseconds from one pattern to the next, nearest to what ``pattern_rate_hz`` asks for."""
+        return max(1, round(1e6 / self.pattern_rate_hz))
+
+    @property
+    def picture_time_s(self) -> float:
+        """The same in seconds: what the modulator really keeps."""
+        return self.picture_time_us * 1e-6
+
+    @property
+    def frequency_per_px(self) -> float:
+        """Spatial frequency f of the Fourier patterns, cycles a pixel."""
+        return self.fourier_cycles / self.image_size
+
+    def grid(self, columns: int = 1024, rows: int = 768) -> PixelGrid:
+        """The image field, centred on a modulator of that many mirrors."""
+        return PixelGrid(image_size=self.image_size, superpixel=self.superpixel, columns=columns, rows=rows)
+
+    @classmethod
+    def from_toml(cls, path: str | Path) -> Self:
+        """Read plan.toml.
+
+        Raises:
+            ConfigError: every mistake in the file at once, with line and suggestion.
+        """
+        return load_model(cls, Path(path))
+
+    @classmethod
+    def from_json(cls, text: str) -> Self:
+        """The plan as a recording stores it."""
+        return cls.model_validate(json.loads(text))
