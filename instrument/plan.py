@@ -83,6 +83,9 @@ class Plan(Frozen):
     shuffle_seed: int | None = Field(default=None, ge=0)
     """Shuffle the chosen Hadamard patterns in time by this seed: better early images. None keeps the order."""
 
+    brightest_counts: PositiveFloat | None = None
+    """Counts of the brightest pattern that you expect, for the check against dead time. None skips it."""
+
     motion: MotionPlan | None = None
     """What the stage does. None leaves it where it is."""
 
@@ -107,6 +110,16 @@ class Plan(Frozen):
     def picture_time_s(self) -> float:
         """The same in seconds: what the modulator really keeps."""
         return self.picture_time_us * 1e-6
+
+    @property
+    def frame_time_s(self) -> float:
+        """Time from one frame to the next: six patterns."""
+        return 6 * self.picture_time_s
+
+    @property
+    def run_time_s(self) -> float:
+        """From the first pattern to the end of the last, the guard picture not counted."""
+        return self.frames * self.frame_time_s
 
     @property
     def frequency_per_px(self) -> float:

@@ -1,0 +1,189 @@
+"""The timing audit: what the hardware's own edges say of a run."""
+
+from typing import Final, Literal
+
+import numpy as np
+from pydantic import NonNegativeInt, PositiveFloat
+
+from instrument.acquisition.alignment import AlignedBlock
+from protocols import CounterReport, Floats, Frozen, Mask
+
+JITTER_WARNING: Final = 0.001
+"""Standard deviation of the edge period, in periods, above which a note is made (50 ns at 20 kHz)."""
+
+CLOCK_WARNING_PPM: Final = 100.0
+"""Offset between the mean period and the picture time above which a note is made: another picture time, or a bad crystal."""
+
+_LISTED: Final = 1000  # indices kept of each kind: a broken cable makes one gap a pattern
+
+
+class TimingReport(Frozen):
+    """The audit's result, as the recording stores it."""
+
+    verdict: Literal["good", "flagged", "failed"]
+    """``good``: every pattern in its own bin. ``flagged``: some frames are masked, the others are sure. ``failed``: patterns are
+    missing and nobody can tell which, or the run ended early."""
+
+    patterns_expected: NonNegativeInt
+    """Patterns in the play order, the guard picture not counted."""
+
+    patterns_recorded: NonNegativeInt
+    """Patterns that have a place in the recording, those without a value too."""
+
+    bins_received: NonNegativeInt
+    """Bins that the counter handed over."""
+
+    edges_seen: NonNegativeInt | None
+    """Sync edges that the counter saw; None where it cannot tell."""
+
+    surplus_edges: NonNegativeInt | None
+    """Edges after the one that closed the last pattern; None where the counter cannot tell."""
+
+    picture_time_s: PositiveFloat
+    """What the modulator keeps."""
+
+    mean_period_s: float | None
+    """Mean time from edge to edge over regular steps, on the counter's crystal; None without edge times."""
+
+    jitter_s: float | None
+    """Standard deviation of the regular steps."""
+
+    largest_deviation_s: float | None
+    """Largest distance of a regular step from the mean."""
+
+    clock_offset_ppm: float | None
+    """(mean period / picture time - 1) in parts per million: how far modulator and counter disagree about time."""
+
+    gaps: tuple[int, ...] = ()
+    """Patterns whose opening edge is missing (the first thousand)."""
+
+    doubles: tuple[int, ...] = ()
+    """Patterns in which a surplus edge came."""
+
+    irregular: tuple[int, ...] = ()
+    """Patterns of a wrong length without a missing edge."""
+
+    frames: NonNegativeInt = 0
+    """Frames in the recording, whole ones."""
+
+    frames_masked: NonNegativeInt = 0
+    """Of those, frames that analysis leaves out."""
+
+    brightest_rate_hz: float | None = None
+    """Highest count rate in a bin; None for a detector that does not count photons."""
+
+    nonlinear_patterns: NonNegativeInt = 0
+    """Patterns above the detector's linear limit."""
+
+    notes: tuple[str, ...] = ()
+    """What a person should know."""
+
+
+class TimingAudit:
+    """Adds up what blocks tell, in constant memory but for the frame mask."""
+
+    def __init__(
+        self, *, patterns: int, patterns_per_frame: int, picture_time_s: float, max_count_rate_hz: float
+    ) -> None:
+        """Expect so many patterns of that length.
+
+        Args:
+            patterns: in the play order, without the guard picture.
+            patterns_per_frame: of the scheme.
+            picture_time_s: as the modulator keeps it.
+            max_count_rate_hz: the detector's linear limit.
+        """
+        self._patterns = patterns
+        self._per_frame = patterns_per_frame
+        self._period_s = picture_time_s
+        self._limit_hz = max_count_rate_hz
+        self._valid = np.zeros(patterns, bool)
+        self._recorded = 0
+        self._bins = 0
+        self._found: dict[str, list[int]] = {"gaps": [], "doubles": [], "irregular": []}
+        self._last_edge_s = np.nan
+        self._steps = 0
+        self._sum = 0.0
+        self._sum_squares = 0.0
+        self._extremes = (np.inf, -np.inf)
+        self._brightest = 0.0
+        self._nonlinear = 0
+
+    def see(self, block: AlignedBlock, *, bins: int, photon_counts: bool) -> None:
+        """Take in the next block; ``bins`` is how many bins it was made of."""
+        end = min(block.first_pattern + len(block.values), self._patterns)
+        kept = max(0, end - block.first_pattern)
+        self._valid[block.first_pattern : end] = block.valid[:kept]
+        self._recorded, self._bins = end, self._bins + bins
+        for name, where in (("gaps", block.gaps), ("doubles", block.doubles), ("irregular", block.irregular)):
+            room = _LISTED - len(self._found[name])
+            self._found[name].extend(int(k) for k in where[:room])
+        if block.edge_time_s is not None:
+            self._see_edges(block.edge_time_s)
+        if photon_counts and bool(np.any(block.valid)):
+            lit = block.values[block.valid]
+            self._brightest = max(self._brightest, float(lit.max()))
+            self._nonlinear += int(np.count_nonzero(lit > self._limit_hz * self._period_s))
+
+    def _see_edges(self, edge_time_s: Floats) -> None:
+        steps = np.diff(edge_time_s, prepend=self._last_edge_s) - self._period_s
+        steps = steps[np.abs(steps) < self._period_s / 4]  # NaN compares false: gaps drop out
+        if len(steps):
+            self._steps += len(steps)
+            self._sum += float(steps.sum())
+            self._sum_squares += float(steps @ steps)
+            low, high = self._extremes
+            self._extremes = min(low, float(steps.min())), max(high, float(steps.max()))
+        if len(edge_time_s):
+            self._last_edge_s = float(edge_time_s[-1])
+
+    def frame_valid(self) -> Mask:
+        """``(frames,)``: whether each whole frame recorded so far is good."""
+        frames = self._recorded // self._per_frame
+        return np.asarray(self._valid[: frames * self._per_frame].reshape(frames, self._per_frame).all(axis=1), bool)
+
+    def report(self, counter: CounterReport, *, photon_counts: bool) -> TimingReport:
+        """Close the audit."""
+        timed = self._steps > 0
+        mean = self._sum / self._steps if timed else 0.0
+        jitter = float(np.sqrt(max(0.0, self._sum_squares / self._steps - mean**2))) if timed else None
+        offset_ppm = mean / self._period_s * 1e6 if timed else None
+        located = len(self._found["gaps"]) + len(self._found["irregular"])
+        flagged = located + len(self._found["doubles"])
+        valid = self.frame_valid()
+        complete = self._recorded >= self._patterns
+        surplus = None
+        if counter.edges_seen is not None:
+            surplus = max(0, counter.edges_seen - 1 - self._bins)
+        notes = list(counter.notes)
+        if jitter is not None and jitter > JITTER_WARNING * self._period_s:
+            notes.append(f"edge jitter is {jitter * 1e9:.0f} ns: values should be divided by their own bin's length")
+        if offset_ppm is not None and abs(offset_ppm) > CLOCK_WARNING_PPM:
+            notes.append(f"the counter measures a period {offset_ppm:+.0f} ppm off the modulator's picture time")
+        if surplus:
+            notes.append(f"{surplus} sync edges after the run: something else triggers on the sync line")
+        if self._nonlinear:
+            notes.append(f"{self._nonlinear} patterns above {self._limit_hz:.3g} counts/s: dim the light")
+        if not complete and not timed:
+            notes.append("patterns are missing and there are no edge times: no frame can be trusted")
+        return TimingReport(
+            verdict="failed" if not complete else "flagged" if flagged or not valid.all() else "good",
+            patterns_expected=self._patterns,
+            patterns_recorded=self._recorded,
+            bins_received=self._bins,
+            edges_seen=counter.edges_seen,
+            surplus_edges=surplus,
+            picture_time_s=self._period_s,
+            mean_period_s=self._period_s + mean if timed else None,
+            jitter_s=jitter,
+            largest_deviation_s=max(abs(e - mean) for e in self._extremes) if timed else None,
+            clock_offset_ppm=offset_ppm,
+            gaps=tuple(self._found["gaps"]),
+            doubles=tuple(self._found["doubles"]),
+            irregular=tuple(self._found["irregular"]),
+            frames=len(valid),
+            frames_masked=int(np.count_nonzero(~valid)),
+            brightest_rate_hz=self._brightest / self._period_s if photon_counts else None,
+            nonlinear_patterns=self._nonlinear,
+            notes=tuple(notes),
+        )

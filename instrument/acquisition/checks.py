@@ -1,0 +1,234 @@
+"""Every check that a plan can be given before anything moves."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from instrument.plan import Plan
+from protocols import (
+    CounterLimits,
+    KinopixError,
+    LinearStage,
+    ModulatorLimits,
+    PatternMemoryFull,
+    PatternSequence,
+    PictureTimeTooShort,
+    PlanError,
+)
+
+
+@dataclass(frozen=True)
+class Check:
+    """One question and its answer."""
+
+    name: str
+    """What was looked at, such as ``picture time``."""
+
+    outcome: Literal["good", "warning", "error"]
+    """``error`` stops a run before it starts."""
+
+    message: str
+    """The answer, with its numbers."""
+
+    error: KinopixError | None = None
+    """What ``raise_errors`` raises for it."""
+
+
+@dataclass(frozen=True)
+class CheckReport:
+    """All checks of one plan on one bench."""
+
+    checks: tuple[Check, ...]
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing stands against the run."""
+        return all(check.outcome != "error" for check in self.checks)
+
+    def raise_errors(self) -> None:
+        """Raise the error found, or one that names all where there are several.
+
+        Raises:
+            PlanError: what stands against the run.
+        """
+        errors = [check.error for check in self.checks if check.error is not None]
+        if len(errors) == 1:
+            raise errors[0]
+        if errors:
+            raise PlanError(
+                saw="; ".join(f"{e.device + ': ' if e.device else ''}{e.saw} (expected {e.expected})" for e in errors),
+                expected="a plan that this bench can carry out",
+                remedy="; ".join(dict.fromkeys(e.remedy for e in errors)),
+            )
+
+
+def check_plan(
+    plan: Plan,
+    *,
+    sequence: Callable[[], PatternSequence],
+    modulator: ModulatorLimits,
+    counter: CounterLimits,
+    stage: LinearStage,
+    px_per_mm: float | None = None,
+) -> CheckReport:
+    """Ask every question at once, so that one look shows all that is wrong.
+
+    Args:
+        plan: the run.
+        sequence: builds the patterns; called only if the field fits.
+        modulator: limits as read from the device.
+        counter: limits as read from the device.
+        stage: asked by its own ``check``, which moves nothing.
+        px_per_mm: image scale, where the bench is calibrated.
+    """
+    checks = [
+        _picture_time(plan, modulator),
+        *_memory(plan, modulator, sequence),
+        _sync_rate(plan, counter),
+        _count_rate(plan, counter),
+        *_motion(plan, stage),
+        _displacement(plan, px_per_mm),
+        _run_length(plan, counter),
+    ]
+    return CheckReport(tuple(checks))
+
+
+def _good(name: str, message: str) -> Check:
+    return Check(name, "good", message)
+
+
+def _error(name: str, error: KinopixError) -> Check:
+    return Check(name, "error", str(error), error)
+
+
+def _picture_time(plan: Plan, limits: ModulatorLimits) -> Check:
+    time_us, asked_us = plan.picture_time_us, 1e6 / plan.pattern_rate_hz
+    shortest_us, longest_us = limits.shortest_picture_time_us, limits.longest_picture_time_us
+    if time_us < shortest_us:
+        return _error("picture time", PictureTimeTooShort("modulator", asked_us, shortest_us))
+    if time_us > longest_us:
+        error = PlanError(
+            device="modulator",
+            saw=f"a picture time of {time_us} us",
+            expected=f"at most {longest_us} us",
+            remedy=f"raise pattern_rate_hz to {1e6 / longest_us:g} or more",
+        )
+        return _error("picture time", error)
+    if abs(time_us - asked_us) > 1e-3:
+        message = f"{time_us} us, {1e6 / time_us:.1f} patterns/s: boards keep whole microseconds, not {asked_us:.3f}"
+        return Check("picture time", "warning", message)
+    return _good("picture time", f"{time_us} us, {1e6 / time_us:.0f} patterns/s; the modulator can do {shortest_us} us")
+
+
+def _memory(plan: Plan, limits: ModulatorLimits, sequence: Callable[[], PatternSequence]) -> list[Check]:
+    grid = plan.grid(limits.columns, limits.rows)
+    if not grid.fits:
+        error = PlanError(
+            device="modulator",
+            saw=f"an image of {plan.image_size} px with {plan.superpixel} x {plan.superpixel} mirrors a pixel",
+            expected=f"at most {min(limits.columns, limits.rows)} mirrors a side",
+            remedy="lower image_size or superpixel",
+        )
+        return [_error("field", error)]
+    built = sequence()
+    unique, pictures = len(built.planes), len(built.play_order)
+    found = [_good("field", f"{grid.side_mirrors} x {grid.side_mirrors} of {grid.columns} x {grid.rows} mirrors")]
+    for what, asked, room in (
+        ("unique patterns", unique, limits.unique_patterns),
+        ("pictures in the play order", pictures, limits.play_order_entries),
+    ):
+        if asked > room:
+            found.append(_error("memory", PatternMemoryFull("modulator", asked, room, what)))
+        else:
+            found.append(_good("memory", f"{asked} of {room} {what}"))
+    return found
+
+
+def _sync_rate(plan: Plan, limits: CounterLimits) -> Check:
+    rate_hz = 1 / plan.picture_time_s
+    if rate_hz > limits.max_sync_rate_hz:
+        error = PlanError(
+            device="counter",
+            saw=f"{rate_hz:.0f} patterns/s",
+            expected=f"at most {limits.max_sync_rate_hz:.0f}",
+            remedy="lower pattern_rate_hz",
+        )
+        return _error("sync rate", error)
+    return _good("sync rate", f"{rate_hz:.0f} Hz; the counter can do {limits.max_sync_rate_hz:.3g} Hz")
+
+
+def _count_rate(plan: Plan, limits: CounterLimits) -> Check:
+    """Loss of a non-paralyzable counter: 1 - M/N = N tau / (1 + N tau) at the true rate N."""
+    most = limits.max_count_rate_hz * plan.picture_time_s
+    if plan.brightest_counts is None:
+        return _good("count rate", f"linear up to {most:.0f} counts a pattern; brightest_counts is not stated")
+    rate_hz = plan.brightest_counts / plan.picture_time_s
+    loss = rate_hz * limits.dead_time_s  # M tau at the measured rate M
+    message = f"{plan.brightest_counts:g} counts a pattern are {rate_hz:.3g}/s: {100 * loss:.1f} % lost in dead time"
+    if rate_hz > limits.max_count_rate_hz:
+        error = PlanError(
+            device="counter",
+            saw=message,
+            expected=f"at most {limits.max_count_rate_hz:.3g}/s, {most:.0f} counts a pattern",
+            remedy="put in a denser filter, or lower pattern_rate_hz and brightest_counts with it",
+        )
+        return _error("count rate", error)
+    return Check("count rate", "warning" if loss > 0.05 else "good", message)
+
+
+def _motion(plan: Plan, stage: LinearStage) -> list[Check]:
+    motion = plan.motion
+    if motion is None:
+        return [_good("stage", "stays where it is")]
+    end_mm = motion.end_mm(plan.run_time_s)
+    found: list[Check] = []
+    for what, target_mm in (("start", motion.start_mm), ("end", end_mm)):
+        try:
+            stage.check(target_mm, motion.profile)
+        except KinopixError as error:
+            found.append(_error(f"stage {what}", error))
+    if found:
+        return found
+    low, high = stage.limits.travel_mm
+    where = f"{motion.start_mm:g} mm to {end_mm:.4g} mm, travel {low:g} to {high:g} mm"
+    run_up = f"run-up {motion.profile.ramp_mm:.4g} mm in {motion.run_up_s:.3g} s" if motion.run_up_s else "no run-up"
+    return [_good("stage", f"{where}; {run_up}")]
+
+
+def _displacement(plan: Plan, px_per_mm: float | None) -> Check:
+    """The phase is unambiguous within half a period, m / (2 cycles), from frame to frame (the paper, equation 6)."""
+    range_px = plan.image_size / (2 * plan.fourier_cycles)
+    if plan.motion is None:
+        return _good("displacement", f"unambiguous within {range_px:g} px a frame; the stage does not move")
+    if px_per_mm is None:
+        return _good(
+            "displacement", f"unambiguous within {range_px:g} px a frame; px_per_mm of the bench is not stated"
+        )
+    step_px = abs(plan.motion.velocity_mm_s) * px_per_mm * plan.frame_time_s
+    message = f"{step_px:.3g} px a frame, unambiguous within {range_px:g} px"
+    if step_px >= range_px:
+        error = PlanError(
+            saw=message,
+            expected=f"less than {range_px:g} px a frame",
+            remedy="lower velocity_mm_s or fourier_cycles, or raise pattern_rate_hz",
+        )
+        return _error("displacement", error)
+    if step_px > 1:
+        return Check("displacement", "warning", f"{message}; above 1 px the patterns of a frame differ in place")
+    return _good("displacement", message)
+
+
+def _run_length(plan: Plan, limits: CounterLimits) -> Check:
+    patterns = round(plan.run_time_s / plan.picture_time_s)
+    message = f"{plan.frames} frames, {patterns} patterns, {plan.run_time_s:.4g} s"
+    if limits.max_bins is not None and patterns > limits.max_bins:
+        error = PlanError(
+            device="counter",
+            saw=message,
+            expected=f"at most {limits.max_bins} patterns a run",
+            remedy="record fewer frames a run",
+        )
+        return _error("run length", error)
+    if plan.frames > plan.image_size**2:
+        return Check("run length", "warning", f"{message}; Hadamard patterns repeat after {plan.image_size**2} frames")
+    return _good("run length", message)

@@ -1,0 +1,176 @@
+"""One run: load, arm, move, start, read until the last pattern, and tell what happened."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+import numpy as np
+
+from instrument.acquisition.alignment import AlignedBlock, Aligner
+from instrument.acquisition.audit import TimingAudit, TimingReport
+from instrument.plan import Plan
+from protocols import (
+    Clock,
+    CountBlock,
+    CounterReport,
+    CounterRun,
+    KinopixError,
+    LinearStage,
+    Mask,
+    ModulatorTiming,
+    PatternModulator,
+    PatternSequence,
+    PhotonCounter,
+    TriggerMissed,
+)
+
+START_MARGIN_S: Final = 1.0
+"""How long a modulator may take from ``start`` to its first picture."""
+
+STALL_PERIODS: Final = 100
+"""So many periods without an edge are a stall."""
+
+STALL_MARGIN_S: Final = 0.2
+"""What the host's own scheduling and the USB may add to that."""
+
+
+@dataclass(frozen=True)
+class Devices:
+    """The three devices of a bench and the clock they share."""
+
+    modulator: PatternModulator
+    counter: PhotonCounter
+    stage: LinearStage
+    clock: Clock
+
+
+class Sink(Protocol):
+    """Where blocks go while the run goes on: the file first, then whoever looks on."""
+
+    def raw(self, block: CountBlock) -> None:
+        """Take a block as the counter gave it. Called before anything is done with it."""
+
+    def placed(self, block: AlignedBlock) -> None:
+        """Take the same block with its patterns in place."""
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What a run gave beside its values."""
+
+    report: TimingReport
+    """The timing audit."""
+
+    frame_valid: Mask
+    """``(frames,)`` of the whole frames recorded."""
+
+    photon_counts: bool
+    """Whether the counter counts photons."""
+
+    timing: ModulatorTiming
+    """As read back from the modulator."""
+
+    error: BaseException | None = None
+    """What ended the run early; what was recorded until then is good."""
+
+
+def acquire(
+    plan: Plan,
+    sequence: PatternSequence,
+    devices: Devices,
+    sink: Sink,
+    *,
+    patterns_per_frame: int,
+    on_upload: Callable[[int, int], None] | None = None,
+) -> Outcome:
+    """Run a plan that has passed its checks.
+
+    An error or an interrupt in the middle does not lose the run: it comes back as ``Outcome.error``, with the audit of what was
+    recorded. Making the devices safe afterwards is the caller's task.
+
+    Args:
+        plan: the run.
+        sequence: its patterns, for the modulator's geometry.
+        devices: open, and at rest.
+        sink: gets every block as it comes.
+        patterns_per_frame: of the scheme.
+        on_upload: told of patterns stored and patterns in all.
+
+    Raises:
+        KinopixError: nothing was recorded yet: a device refused to load, to arm or to move.
+    """
+    timing = devices.modulator.load(sequence, ModulatorTiming(picture_time_us=plan.picture_time_us), on_upload)
+    period_s = timing.picture_time_us * 1e-6
+    if plan.motion is not None:
+        devices.stage.move_to(plan.motion.start_mm, plan.motion.profile).wait()
+    audit = TimingAudit(
+        patterns=sequence.n_patterns,
+        patterns_per_frame=patterns_per_frame,
+        picture_time_s=period_s,
+        max_count_rate_hz=devices.counter.limits.max_count_rate_hz,
+    )
+    reader = _Reader(devices, audit, sink, sequence.n_patterns, period_s)
+    error: BaseException | None = None
+    try:
+        reader.run(plan)
+    except (KinopixError, KeyboardInterrupt) as caught:
+        error = caught
+    try:
+        told = devices.counter.disarm()
+    except KinopixError as caught:
+        told, error = CounterReport(bins_closed=reader.bins, notes=(str(caught),)), error or caught
+    photons = reader.photon_counts
+    return Outcome(audit.report(told, photon_counts=photons), audit.frame_valid(), photons, timing, error)
+
+
+class _Reader:
+    """Reads one run to its end."""
+
+    def __init__(self, devices: Devices, audit: TimingAudit, sink: Sink, patterns: int, period_s: float) -> None:
+        self._devices = devices
+        self._audit = audit
+        self._sink = sink
+        self._patterns = patterns
+        self._aligner = Aligner(period_s)
+        # Room for bins that surplus edges split, so that they do not take the last patterns' place.
+        room = patterns + patterns // 100 + 16
+        most = devices.counter.limits.max_bins
+        self._armed = CounterRun(n_bins=room if most is None else min(room, most), period_s=period_s)
+        self.bins = 0
+        self.photon_counts = False
+
+    def run(self, plan: Plan) -> None:
+        modulator, counter, stage = self._devices.modulator, self._devices.counter, self._devices.stage
+        counter.arm(self._armed)
+        motion = None
+        if plan.motion is not None:
+            motion = stage.move_to(plan.motion.end_mm(plan.run_time_s), plan.motion.profile)
+            self._devices.clock.sleep_s(plan.motion.run_up_s)
+        modulator.start()
+        self._read_all()
+        modulator.wait(STALL_MARGIN_S + STALL_PERIODS * self._armed.period_s)
+        if motion is not None:
+            motion.wait()
+
+    def _read_all(self) -> None:
+        # Both waits follow from the run's own figures: the first edge may need START_MARGIN_S, any other STALL_PERIODS periods.
+        patience_s = self._armed.latency_s + STALL_MARGIN_S + STALL_PERIODS * self._armed.period_s
+        while self._aligner.patterns < self._patterns:
+            waited_s = patience_s if self.bins else patience_s + START_MARGIN_S
+            block = self._devices.counter.read(waited_s)
+            if not len(block):
+                raise TriggerMissed(
+                    self._devices.counter.identity.name,
+                    bins_read=self.bins,
+                    bins_expected=self._patterns,
+                    waited_s=waited_s,
+                )
+            self._take(block)
+
+    def _take(self, block: CountBlock) -> None:
+        self._sink.raw(block)
+        self.photon_counts = bool(np.issubdtype(block.counts.dtype, np.integer))
+        placed = self._aligner.place(block)
+        self.bins += len(block)
+        self._audit.see(placed, bins=len(block), photon_counts=self.photon_counts)
+        self._sink.placed(placed)

@@ -1,0 +1,1 @@
+"""Tests of checks, runs, alignment and audit."""

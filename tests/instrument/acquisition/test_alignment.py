@@ -1,0 +1,98 @@
+"""Bins find their patterns by the hardware's edge times."""
+
+import itertools
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from instrument.acquisition import AlignedBlock, Aligner
+from protocols import CountBlock, Floats
+
+PERIOD_S = 50e-6
+
+
+def block(edges: Floats, counts: list[float], first: int = 0) -> CountBlock:
+    return CountBlock(first, np.array(counts), edges[:-1], float(edges[-1]))
+
+
+def joined(blocks: list[AlignedBlock]) -> tuple[list[float], list[bool]]:
+    values = np.concatenate([b.values for b in blocks])
+    return values.tolist(), np.concatenate([b.valid for b in blocks]).tolist()
+
+
+def test_regular_edges_keep_their_order() -> None:
+    placed = Aligner(PERIOD_S).place(block(np.arange(5, dtype=np.float64) * PERIOD_S, [10, 20, 30, 40]))
+    assert placed.values.tolist() == [10, 20, 30, 40]
+    assert placed.valid.all()
+
+
+def test_a_lost_edge_joins_two_patterns_and_later_ones_stay_in_place() -> None:
+    edges = np.array([0, 1, 3, 4, 5], np.float64) * PERIOD_S  # the edge that opens pattern 2 is lost
+    placed = Aligner(PERIOD_S).place(block(edges, [10, 50, 40, 50]))
+    np.testing.assert_array_equal(placed.values, [10, 50, np.nan, 40, 50])
+    assert placed.valid.tolist() == [True, False, False, True, True]
+    assert placed.gaps.tolist() == [2]
+
+
+def test_a_bounce_splits_a_bin_and_its_pieces_are_added_up() -> None:
+    edges = np.array([0, 1, 1.02, 2, 3], np.float64) * PERIOD_S
+    placed = Aligner(PERIOD_S).place(block(edges, [10, 1, 19, 30]))
+    assert placed.values.tolist() == [10, 20, 30]
+    assert placed.valid.tolist() == [True, False, True]
+    assert placed.doubles.tolist() == [1]
+
+
+def test_an_edge_in_the_middle_of_a_period_is_surplus() -> None:
+    edges = np.array([0, 1, 1.5, 2, 3], np.float64) * PERIOD_S
+    placed = Aligner(PERIOD_S).place(block(edges, [10, 10, 10, 30]))
+    assert placed.values.tolist() == [10, 20, 30]
+
+
+def test_a_bounce_across_two_blocks_is_seen() -> None:
+    aligner = Aligner(PERIOD_S)
+    first = aligner.place(block(np.array([0, 1, 1.02], np.float64) * PERIOD_S, [10, 1]))
+    second = aligner.place(block(np.array([1.02, 2, 3], np.float64) * PERIOD_S, [19, 30], first=2))
+    assert joined([first, second]) == ([10, 20, 30], [True, False, True])
+
+
+def test_a_late_edge_that_is_not_a_whole_period_late_is_irregular_and_the_next_are_good_again() -> None:
+    edges = np.array([0, 1, 2.4, 3.4, 4.4], np.float64) * PERIOD_S
+    placed = Aligner(PERIOD_S).place(block(edges, [1, 2, 3, 4]))
+    assert placed.valid.tolist() == [True, False, True, True]
+    assert placed.irregular.tolist() == [1]
+
+
+def test_a_clock_that_is_one_pattern_off_over_the_run_loses_no_pattern() -> None:
+    """150 ppm over 10,000 patterns are one and a half patterns: counted from the start, the last would be misplaced."""
+    edges = np.arange(10_001, dtype=np.float64) * PERIOD_S * (1 + 150e-6)
+    placed = Aligner(PERIOD_S).place(block(edges, list(range(10_000))))
+    assert placed.valid.all()
+    assert placed.values[-1] == 9_999
+
+
+def test_without_edge_times_bins_are_taken_in_order_and_doubtful_ones_are_masked() -> None:
+    suspect = np.array([False, True, False])
+    placed = Aligner(PERIOD_S).place(CountBlock(0, np.array([1, 2, 3], np.uint32), suspect=suspect))
+    assert placed.valid.tolist() == [True, False, True]
+    assert placed.edge_time_s is None
+
+
+@given(
+    lost=st.sets(st.integers(1, 29), max_size=5),
+    cuts=st.sets(st.integers(1, 24), max_size=6),
+    ppm=st.floats(-200, 200),
+)
+def test_light_is_neither_lost_nor_made_and_cuts_do_not_matter(lost: set[int], cuts: set[int], ppm: float) -> None:
+    kept = [k for k in range(31) if k not in lost]
+    edges = np.array(kept, np.float64) * PERIOD_S * (1 + ppm * 1e-6)
+    light = np.array([float(sum(range(a, b))) for a, b in itertools.pairwise(kept)])
+    bounds = sorted({0, len(light), *(c for c in cuts if c < len(light))})
+    aligner = Aligner(PERIOD_S)
+    blocks = [
+        aligner.place(CountBlock(a, light[a:b], edges[a:b], float(edges[b]))) for a, b in itertools.pairwise(bounds)
+    ]
+    values, valid = joined(blocks)
+    assert len(values) == 30
+    assert np.nansum(values) == sum(range(30))
+    assert [k for k, good in enumerate(valid) if good] == [k for k in range(30) if k not in lost and k + 1 not in lost]

@@ -1,0 +1,73 @@
+"""The audit's figures, from edges written by hand."""
+
+import numpy as np
+import pytest
+
+from instrument.acquisition import Aligner, TimingAudit, TimingReport
+from protocols import CountBlock, CounterReport, Counts, Floats
+
+PERIOD_S = 50e-6
+
+
+def periods(edges: int) -> Floats:
+    return np.arange(edges, dtype=np.float64) * PERIOD_S
+
+
+def audited(edges: Floats, counts: Counts, *, patterns: int, edges_seen: int | None = None) -> TimingReport:
+    audit = TimingAudit(patterns=patterns, patterns_per_frame=6, picture_time_s=PERIOD_S, max_count_rate_hz=5e6)
+    placed = Aligner(PERIOD_S).place(CountBlock(0, counts, edges[:-1], float(edges[-1])))
+    audit.see(placed, bins=len(counts), photon_counts=counts.dtype == np.uint32)
+    told = CounterReport(bins_closed=len(counts), edges_seen=edges_seen)
+    return audit.report(told, photon_counts=counts.dtype == np.uint32)
+
+
+def test_a_perfect_run_is_good() -> None:
+    report = audited(periods(13), np.ones(12), patterns=12, edges_seen=13)
+    assert report.verdict == "good"
+    assert (report.patterns_recorded, report.frames, report.frames_masked) == (12, 2, 0)
+    assert report.surplus_edges == 0
+    assert report.mean_period_s == pytest.approx(PERIOD_S)
+    assert report.jitter_s == pytest.approx(0, abs=1e-12)
+
+
+def test_jitter_is_the_standard_deviation_of_the_steps() -> None:
+    """Edges at 0, T + d, 2T, 3T + d, ...: steps alternate between T + d and T - d, so their deviation is d."""
+    edges = periods(13)
+    edges[1::2] += 100e-9
+    report = audited(edges, np.ones(12), patterns=12)
+    assert report.jitter_s == pytest.approx(100e-9, rel=0.01)
+    assert any("jitter is 100 ns" in note for note in report.notes)
+
+
+def test_a_clock_offset_is_stated_in_ppm() -> None:
+    report = audited(periods(601) * (1 + 150e-6), np.ones(600), patterns=600)
+    assert report.clock_offset_ppm == pytest.approx(150, rel=1e-3)
+    assert any("+150 ppm" in note for note in report.notes)
+
+
+def test_a_lost_edge_masks_one_frame_and_names_the_pattern() -> None:
+    edges = np.delete(periods(19), 8)
+    report = audited(edges, np.ones(17), patterns=18)
+    assert report.verdict == "flagged"
+    assert report.gaps == (8,)
+    assert (report.frames, report.frames_masked, report.bins_received) == (3, 1, 17)
+
+
+def test_a_run_that_ends_early_has_failed_and_keeps_its_whole_frames() -> None:
+    report = audited(periods(10), np.ones(9), patterns=18)
+    assert report.verdict == "failed"
+    assert report.frames == 1
+
+
+def test_edges_after_the_run_are_counted() -> None:
+    report = audited(periods(13), np.ones(12), patterns=12, edges_seen=16)
+    assert report.surplus_edges == 3
+    assert any("3 sync edges after the run" in note for note in report.notes)
+
+
+def test_patterns_above_the_linear_limit_are_counted() -> None:
+    """5e6 counts/s in 50 us are 250 counts."""
+    counts = np.array([250, 251, 300, 1, 1, 1], np.uint32)
+    report = audited(periods(7), counts, patterns=6)
+    assert report.nonlinear_patterns == 2
+    assert report.brightest_rate_hz == pytest.approx(6e6)
