@@ -1,0 +1,128 @@
+# pyright: reportUnknownMemberType=false
+# matplotlib leaves the type of its **kwargs open.
+"""The pictures that ``kinopix analyse`` writes beside a recording."""
+
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from protocols import Floats
+
+X_COLOUR: Final = "#0072b2"
+"""Colour of everything along x (the Okabe-Ito palette, safe for colour-blind readers)."""
+
+Y_COLOUR: Final = "#d55e00"
+"""Colour of everything along y."""
+
+TRUTH_COLOUR: Final = "0.25"
+"""Colour of what is known to be true."""
+
+
+def new_figure(width_in: float, height_in: float) -> Figure:
+    """Give an empty figure that draws without a screen."""
+    figure = Figure(figsize=(width_in, height_in), layout="constrained", dpi=120)
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def save(figure: Figure, path: Path) -> Path:
+    """Write the figure as PNG and give its path back."""
+    figure.savefig(path)
+    return path
+
+
+def draw_image(axes: Axes, image: Floats, title: str, *, vmax: float | None = None) -> None:
+    """Draw an image, row = y down, grey from 0 to ``vmax`` (its own maximum where None)."""
+    top = float(np.max(image)) if vmax is None else vmax
+    axes.imshow(image, cmap="gray", vmin=0.0, vmax=top or 1.0, interpolation="nearest")
+    axes.set_title(title)
+    axes.set_xticks([])
+    axes.set_yticks([])
+
+
+def draw_trajectory(axes: Axes, time_s: Floats, displacement_px: Floats, truth_px: Floats | None) -> None:
+    """Draw displacement over time, the truth as a dashed line over it."""
+    for column, (name, colour) in enumerate((("x", X_COLOUR), ("y", Y_COLOUR))):
+        axes.plot(time_s, displacement_px[:, column], color=colour, linewidth=2.5, alpha=0.65, label=f"{name} measured")
+    if truth_px is not None:
+        for column, name in enumerate("xy"):
+            label = "truth" if name == "x" else None
+            axes.plot(time_s, truth_px[:, column], color=TRUTH_COLOUR, linestyle="--", linewidth=1.0, label=label)
+    axes.set_xlabel("time, s")
+    axes.set_ylabel("displacement, px")
+    axes.legend(loc="best", frameon=False)
+
+
+def image_figure(image: Floats, truth: Floats | None) -> Figure:
+    """Show the reconstructed image, beside the truth where it is known.
+
+    Args:
+        image: ``(m, m)``, row = y down.
+        truth: ``(m, m)`` or None.
+    """
+    panels = 1 if truth is None else 2
+    figure = new_figure(4.2 * panels, 4.4)
+    axes = figure.subplots(1, panels, squeeze=False)[0]
+    draw_image(axes[0], image, "reconstructed, at frame 0")
+    if truth is not None:
+        draw_image(axes[1], truth, "truth")
+    return figure
+
+
+def trajectory_figure(time_s: Floats, displacement_px: Floats, truth_px: Floats | None) -> Figure:
+    """Show displacement over time.
+
+    Args:
+        time_s: ``(frames,)`` middle of each frame.
+        displacement_px: ``(frames, 2)`` in x, y.
+        truth_px: likewise, or None.
+    """
+    figure = new_figure(7, 4)
+    draw_trajectory(figure.subplots(), time_s, displacement_px, truth_px)
+    return figure
+
+
+def error_figure(time_s: Floats, error_px: Floats, sigma_px: Floats | None) -> Figure:
+    """Show the displacement's error over time, with the band of two standard deviations that was stated.
+
+    Args:
+        time_s: ``(frames,)``.
+        error_px: ``(frames, 2)``: measured minus true.
+        sigma_px: ``(frames, 2)`` stated uncertainty, or None.
+    """
+    figure = new_figure(7, 4)
+    axes = figure.subplots(2, 1, sharex=True)
+    for column, (name, colour) in enumerate((("x", X_COLOUR), ("y", Y_COLOUR))):
+        panel: Axes = axes[column]
+        if sigma_px is not None:
+            band = 2 * sigma_px[:, column]
+            panel.fill_between(time_s, -band, band, color=colour, alpha=0.2, linewidth=0, label="2 sigma, stated")
+        panel.plot(time_s, error_px[:, column], color=colour, linewidth=0.9, label=f"error in {name}")
+        panel.axhline(0, color=TRUTH_COLOUR, linewidth=0.6)
+        panel.set_ylabel("px")
+        panel.legend(loc="upper right", frameon=False)
+    axes[1].set_xlabel("time, s")
+    return figure
+
+
+def timing_figure(edge_time_s: Floats, picture_time_s: float) -> Figure:
+    """Show how far each sync period is from the picture time.
+
+    Args:
+        edge_time_s: hardware time of each pattern's edge in play order, NaN where missing.
+        picture_time_s: what the modulator keeps.
+    """
+    figure = new_figure(7, 3.6)
+    axes = figure.subplots()
+    offset_us = (np.diff(edge_time_s.ravel()) - picture_time_s) * 1e6
+    offset_us = offset_us[np.isfinite(offset_us)]
+    widest = max(0.01, float(np.abs(offset_us).max(initial=0.0)))
+    axes.hist(offset_us, bins=np.linspace(-widest, widest, 81).tolist(), color=X_COLOUR)
+    axes.set_yscale("symlog", linthresh=1)
+    axes.set_xlabel(f"sync period minus {picture_time_s * 1e6:g} us, us")
+    axes.set_ylabel("patterns")
+    return figure
