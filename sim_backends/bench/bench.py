@@ -200,8 +200,7 @@ class OpticalBench:
             scale = self._counts_per_light(first_edge_s)
             edge_s = projection.start_s + sync.phase * picture_s
             bins = max(0, len(edge_s) - 1)
-            counts: Counts = np.zeros(bins, np.uint32) if isinstance(settings.noise, PhotonNoise) else np.zeros(bins)
-            self._run = _Run(projection, sync, edge_s, path, first_edge_s, scale, counts, set())
+            self._run = _Run(projection, sync, edge_s, path, first_edge_s, scale, self._no_counts(bins), set())
             self._dark_s = math.inf
 
     def _counts_per_light(self, first_edge_s: float) -> float:
@@ -266,6 +265,8 @@ class OpticalBench:
             WrongState: nothing was shown, or there are no such bins.
         """
         with self._lock:
+            if n == 0:
+                return self._no_counts(0)
             run = self._shown("counts")
             if not 0 <= first <= first + n < len(run.edge_s):
                 raise WrongState(
@@ -278,6 +279,9 @@ class OpticalBench:
                 if stretch not in run.known:
                     self._count(run, stretch)
             return run.counts[first : first + n].copy()
+
+    def _no_counts(self, bins: int) -> Counts:
+        return np.zeros(bins, np.uint32) if isinstance(self.settings.noise, PhotonNoise) else np.zeros(bins)
 
     def _shown(self, what: str) -> _Run:
         if self._run is None:
@@ -311,7 +315,7 @@ class OpticalBench:
         # One more before the first, from which the mirrors may still be swinging.
         first = max(0, math.floor(begin[0]) - 1)
         picture = np.arange(first, min(len(projection.play_order), math.ceil(end[-1])))
-        middle_s: Floats = (picture + 0.5) * projection.picture_time_s + projection.sync_delay_s
+        middle_s = (picture.astype(np.float64) + 0.5) * projection.picture_time_s + projection.sync_delay_s
         seen = run.path.of(
             projection.play_order[picture], self._displacement().at(run.first_edge_s, middle_s), middle_s
         )

@@ -79,7 +79,7 @@ class AreaImage:
         cells = self.cells.shape[axis]
         at = np.clip((np.arange(first, last + 1) * sample_px - border_px) / self.cell_px, 0.0, cells)
         index = np.minimum(at.astype(np.int64), cells - 1)
-        part: Floats = at - index
+        part = at - index.astype(np.float64)
         return index, part
 
     def on_grid(self, dx_px: float, dy_px: float, samples: int, sample_px: float) -> Floats:

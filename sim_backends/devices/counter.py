@@ -1,0 +1,231 @@
+"""A simulated photon counter: hardware-gated bins with edge times, counting the optical bench's light."""
+
+import math
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from pydantic import NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt
+
+from protocols import (
+    BenchContext,
+    CountBlock,
+    CounterLimits,
+    CounterOverrun,
+    CounterReport,
+    CounterRun,
+    DeviceDisconnected,
+    DeviceIdentity,
+    DriverPlugin,
+    Floats,
+    Frozen,
+    PlanError,
+    WrongState,
+)
+from sim_backends.bench import OpticalBench, bench_of
+
+_NAME = "pmt"
+
+
+class CounterSettings(Frozen):
+    """Keys of ``[counter]``. The defaults are those of an H10682 head on a board with hardware time stamps."""
+
+    max_sync_rate_hz: PositiveFloat = 1e6
+    """Highest rate of sync edges."""
+
+    max_count_rate_hz: PositiveFloat = 5e6
+    """Count rate at which 10 % is lost (data sheet of the head)."""
+
+    dead_time_s: NonNegativeFloat | None = None
+    """What the counter believes its dead time to be; None: the scene's own, as if it had been calibrated."""
+
+    dark_rate_hz: NonNegativeFloat | None = None
+    """What the counter believes its dark rate to be; None: the scene's own."""
+
+    max_bins: PositiveInt | None = None
+    """Bins a run at most."""
+
+    edge_times: bool = True
+    """Whether the board gives the time of each edge."""
+
+    edge_time_resolution_s: PositiveFloat = 1e-8
+    """Step of the edge times: a 100 MHz time base."""
+
+    overrun_at_bin: NonNegativeInt | None = None
+    """A fault: from this bin on, counts are lost in the device."""
+
+    unplugged_at_bin: NonNegativeInt | None = None
+    """A fault: the board is gone after this many bins."""
+
+
+@dataclass
+class _Armed:
+    """A run being counted."""
+
+    run: CounterRun
+    since_s: float
+    done: int = 0
+    first_edge: int | None = None
+    first_edge_s: float = 0.0
+
+
+class SimulatedCounter:
+    """``protocols.PhotonCounter`` on the optical bench."""
+
+    def __init__(self, settings: CounterSettings, bench: OpticalBench) -> None:
+        self._settings = settings
+        self._bench = bench
+        self._armed: _Armed | None = None
+        self._closed = False
+
+    @property
+    def identity(self) -> DeviceIdentity:
+        """Who the device is."""
+        return DeviceIdentity(
+            name=_NAME, vendor="Kinopix", model="simulated H10682 and counter", driver="simulated", simulated=True
+        )
+
+    @property
+    def limits(self) -> CounterLimits:
+        """Rates, dead time and edge times, as set."""
+        settings, noise = self._settings, self._bench.settings.noise
+        dead_s, dark_hz = (noise.dead_time_s, noise.dark_rate_hz) if noise.kind == "poisson" else (0.0, 0.0)
+        return CounterLimits(
+            max_sync_rate_hz=settings.max_sync_rate_hz,
+            max_count_rate_hz=settings.max_count_rate_hz,
+            dead_time_s=dead_s if settings.dead_time_s is None else settings.dead_time_s,
+            dark_rate_hz=dark_hz if settings.dark_rate_hz is None else settings.dark_rate_hz,
+            max_bins=settings.max_bins,
+            edge_time_resolution_s=settings.edge_time_resolution_s if settings.edge_times else None,
+        )
+
+    def arm(self, run: CounterRun) -> None:
+        """Get ready for the first sync edge; see ``protocols.PhotonCounter.arm``."""
+        if self._closed or self._armed:
+            raise WrongState(
+                device=_NAME,
+                saw="arming " + ("after the device was closed" if self._closed else "while armed"),
+                expected="an open, idle counter",
+                remedy="open it anew" if self._closed else "disarm it first",
+            )
+        limits = self.limits
+        if run.period_s * limits.max_sync_rate_hz < 1:
+            raise PlanError(
+                device=_NAME,
+                saw=f"sync edges {run.period_s:g} s apart",
+                expected=f"at least {1 / limits.max_sync_rate_hz:g} s",
+                remedy="lower pattern_rate_hz",
+            )
+        if limits.max_bins is not None and run.n_bins > limits.max_bins:
+            raise PlanError(
+                device=_NAME,
+                saw=f"a run of {run.n_bins} bins",
+                expected=f"at most {limits.max_bins}",
+                remedy="record fewer frames a run",
+            )
+        self._armed = _Armed(run, self._bench.clock.now_s())
+
+    def read(self, timeout_s: float) -> CountBlock:
+        """Hand over about ``latency_s`` worth of closed bins; see ``protocols.PhotonCounter.read``."""
+        armed = self._expect_armed()
+        wanted = min(self._good_bins(armed), armed.done + max(1, round(armed.run.latency_s / armed.run.period_s)))
+        if wanted == armed.done < armed.run.n_bins:
+            self._break(armed)
+        closed = self._wait(armed, wanted, self._bench.clock.now_s() + timeout_s)
+        block = self._block(armed, min(closed, wanted))
+        armed.done += len(block)
+        return block
+
+    def _good_bins(self, armed: _Armed) -> int:
+        """Bins of this run that no fault spoils."""
+        faults = (self._settings.overrun_at_bin, self._settings.unplugged_at_bin)
+        return min([armed.run.n_bins, *(bins for bins in faults if bins is not None)])
+
+    def _break(self, armed: _Armed) -> None:
+        if self._settings.unplugged_at_bin == armed.done:
+            raise DeviceDisconnected(
+                device=_NAME,
+                saw=f"no board any more after bin {armed.done}",
+                expected="an answer",
+                remedy="check the cable and the power of the counter board",
+            )
+        raise CounterOverrun(
+            device=_NAME,
+            saw=f"the counter's buffer full at bin {armed.done}",
+            expected="a host that reads in time",
+            remedy="read oftener, or lower pattern_rate_hz",
+        )
+
+    def _wait(self, armed: _Armed, wanted: int, deadline_s: float) -> int:
+        """Let time pass until ``wanted`` bins have closed or the deadline is there; give how many have closed."""
+        bench = self._bench
+        if wanted > armed.done:
+            self._find_first_edge(armed, deadline_s)
+            until_s = deadline_s
+            if armed.first_edge is not None:
+                coming = bench.edges(armed.first_edge + wanted, deadline_s)
+                until_s = float(coming.time_s[0]) if len(coming) else deadline_s
+            bench.clock.advance_to(until_s)
+        if armed.first_edge is None or armed.first_edge_s > bench.clock.now_s():
+            return 0
+        return max(0, len(bench.edges(armed.first_edge, bench.clock.now_s())) - 1)
+
+    def _find_first_edge(self, armed: _Armed, until_s: float) -> None:
+        if armed.first_edge is None:
+            edges = self._bench.edges(0, until_s)
+            seen = np.flatnonzero(edges.time_s >= armed.since_s)
+            if len(seen):
+                armed.first_edge = int(edges.index[seen[0]])
+                armed.first_edge_s = float(edges.time_s[seen[0]])
+
+    def _block(self, armed: _Armed, closed: int) -> CountBlock:
+        first, bench = armed.done, self._bench
+        n = max(0, closed - first)
+        edge = first + (armed.first_edge or 0)
+        counts = bench.counts(edge, n)
+        if not self._settings.edge_times:
+            return CountBlock(first, counts)
+        times_s = self._ticks(bench.edges(edge, math.inf).time_s[: n + 1] - armed.first_edge_s)
+        return CountBlock(first, counts, times_s[:n], float(times_s[n]) if n else None)
+
+    def _ticks(self, time_s: Floats) -> Floats:
+        step_s = self._settings.edge_time_resolution_s
+        ticks: Floats = np.rint(time_s / step_s) * step_s
+        return ticks
+
+    def _expect_armed(self) -> _Armed:
+        if self._armed is None:
+            raise WrongState(
+                device=_NAME, saw="a read while not armed", expected="an armed counter", remedy="arm it first"
+            )
+        return self._armed
+
+    def disarm(self) -> CounterReport:
+        """Stop counting and tell what was seen."""
+        armed, self._armed = self._armed, None
+        if armed is None:
+            return CounterReport(bins_closed=0)
+        now_s = self._bench.clock.now_s()
+        self._find_first_edge(armed, now_s)
+        seen = 0 if armed.first_edge is None else len(self._bench.edges(armed.first_edge, now_s))
+        return CounterReport(bins_closed=armed.done, edges_seen=seen)
+
+    def __enter__(self) -> Self:
+        """Give the open device."""
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        """Disarm and close."""
+        self.disarm()
+        self._closed = True
+
+
+def open_counter(settings: CounterSettings, context: BenchContext) -> SimulatedCounter:
+    """Open the simulated counter on the context's optical bench."""
+    return SimulatedCounter(settings, bench_of(context, _NAME))
+
+
+plugin = DriverPlugin(
+    summary="simulated photon counter on the optical bench", settings=CounterSettings, open=open_counter
+)
+"""Found as ``kinopix.counters: simulated``."""

@@ -1,0 +1,206 @@
+"""A simulated DMD: the limits and the life cycle of the real board, its pictures on the optical bench."""
+
+from typing import Self
+
+from pydantic import NonNegativeFloat, PositiveInt
+
+from protocols import (
+    BenchContext,
+    DeviceBusy,
+    DeviceIdentity,
+    DeviceTimeout,
+    DriverPlugin,
+    Frozen,
+    ModulatorLimits,
+    ModulatorTiming,
+    PatternMemoryFull,
+    PatternSequence,
+    PictureTimeTooShort,
+    PlanError,
+    UploadProgress,
+    WrongState,
+)
+from sim_backends.bench import OpticalBench, Projection, bench_of
+
+_NAME = "dmd"
+
+
+class ModulatorSettings(Frozen):
+    """Keys of ``[modulator]``. The defaults are those of a DLP7000 on a V-7000 board."""
+
+    columns: PositiveInt = 1024
+    """Mirrors a row."""
+
+    rows: PositiveInt = 768
+    """Rows of mirrors."""
+
+    shortest_picture_time_us: PositiveInt = 44
+    """Shortest picture time."""
+
+    longest_picture_time_us: PositiveInt = 10_000_000
+    """Longest picture time."""
+
+    unique_patterns: PositiveInt = 43_690
+    """Bit planes in the board's memory (4 GiB; a V-7001 may have twice as many)."""
+
+    play_order_entries: PositiveInt = 131_072
+    """Longest play order. The real board tells its own when asked; this figure is an assumption."""
+
+    start_delay_s: NonNegativeFloat = 0.0
+    """From ``start`` to the first sync edge. Unknown for the real board."""
+
+
+class SimulatedModulator:
+    """``protocols.PatternModulator`` on the optical bench."""
+
+    def __init__(self, settings: ModulatorSettings, bench: OpticalBench) -> None:
+        self._settings = settings
+        self._bench = bench
+        self._loaded: tuple[PatternSequence, ModulatorTiming] | None = None
+        self._started = False
+        self._closed = False
+
+    @property
+    def identity(self) -> DeviceIdentity:
+        """Who the device is."""
+        return DeviceIdentity(
+            name=_NAME, vendor="Kinopix", model="simulated DLP7000", driver="simulated", simulated=True
+        )
+
+    @property
+    def limits(self) -> ModulatorLimits:
+        """Geometry, picture times and memory, as set."""
+        settings = self._settings
+        return ModulatorLimits(
+            columns=settings.columns,
+            rows=settings.rows,
+            shortest_picture_time_us=settings.shortest_picture_time_us,
+            longest_picture_time_us=settings.longest_picture_time_us,
+            unique_patterns=settings.unique_patterns,
+            play_order_entries=settings.play_order_entries,
+        )
+
+    def load(
+        self, sequence: PatternSequence, timing: ModulatorTiming, progress: UploadProgress | None = None
+    ) -> ModulatorTiming:
+        """Take a sequence; see ``protocols.PatternModulator.load``."""
+        if self.running:
+            raise DeviceBusy(
+                device=_NAME,
+                saw="a new sequence while pictures are being played",
+                expected="an idle modulator",
+                remedy="wait for the end of the run, or halt it",
+            )
+        self._refuse_closed()
+        self._loaded = None
+        self._check(sequence, timing)
+        if progress:
+            for stored in range(1, len(sequence.planes) + 1):
+                progress(stored, len(sequence.planes))
+        self._loaded, self._started = (sequence, timing), False
+        return timing
+
+    def _check(self, sequence: PatternSequence, timing: ModulatorTiming) -> None:
+        limits, grid = self.limits, sequence.grid
+        if (grid.columns, grid.rows) != (limits.columns, limits.rows):
+            raise PlanError(
+                device=_NAME,
+                saw=f"patterns for {grid.columns} x {grid.rows} mirrors",
+                expected=f"{limits.columns} x {limits.rows}",
+                remedy="make the patterns for this modulator's own geometry",
+            )
+        if len(sequence.planes) > limits.unique_patterns:
+            raise PatternMemoryFull(_NAME, len(sequence.planes), limits.unique_patterns)
+        if len(sequence.play_order) > limits.play_order_entries:
+            raise PatternMemoryFull(_NAME, len(sequence.play_order), limits.play_order_entries, "play order entries")
+        if timing.picture_time_us < limits.shortest_picture_time_us:
+            raise PictureTimeTooShort(_NAME, timing.picture_time_us, limits.shortest_picture_time_us)
+        if timing.picture_time_us > limits.longest_picture_time_us:
+            raise PlanError(
+                device=_NAME,
+                saw=f"a picture time of {timing.picture_time_us} us",
+                expected=f"at most {limits.longest_picture_time_us} us",
+                remedy="raise pattern_rate_hz",
+            )
+        if timing.sync_width_us >= timing.picture_time_us:
+            raise PlanError(
+                device=_NAME,
+                saw=f"a sync pulse of {timing.sync_width_us} us in a picture time of {timing.picture_time_us} us",
+                expected="a pulse shorter than the picture time",
+                remedy="shorten sync_width_us",
+            )
+
+    def start(self) -> None:
+        """Play the order once; see ``protocols.PatternModulator.start``."""
+        self._refuse_closed()
+        if self._loaded is None or self.running:
+            raise WrongState(
+                device=_NAME,
+                saw="a start " + ("without a sequence" if self._loaded is None else "while the last run still plays"),
+                expected="a loaded, idle modulator",
+                remedy="load a sequence first" if self._loaded is None else "wait for the end of the run, or halt it",
+            )
+        sequence, timing = self._loaded
+        delay_s = timing.sync_delay_us * 1e-6
+        self._bench.show(
+            Projection(
+                start_s=self._bench.clock.now_s() + self._settings.start_delay_s + delay_s,
+                picture_time_s=timing.picture_time_us * 1e-6,
+                mirrors=sequence.mirror_plane,
+                play_order=sequence.play_order,
+                sync_delay_s=delay_s,
+            )
+        )
+        self._started = True
+
+    @property
+    def running(self) -> bool:
+        """Whether pictures are being played now."""
+        return self._started and self._bench.clock.now_s() < self._bench.shown_until_s
+
+    def wait(self, timeout_s: float) -> None:
+        """Return when the last picture has been shown; see ``protocols.PatternModulator.wait``."""
+        if not self._started:
+            raise WrongState(
+                device=_NAME, saw="a wait for a run that never started", expected="a started run", remedy="start it"
+            )
+        clock = self._bench.clock
+        deadline_s, end_s = clock.now_s() + timeout_s, self._bench.shown_until_s
+        clock.advance_to(min(deadline_s, end_s))
+        if self.running:
+            raise DeviceTimeout(
+                _NAME,
+                awaited="the end of the play order",
+                waited_s=timeout_s,
+                progress="still playing",
+                remedy="halt the modulator, and allow at least picture time times pictures",
+            )
+
+    def halt(self) -> None:
+        """Stop at once and show nothing."""
+        if self.running:
+            self._bench.dark()
+
+    def _refuse_closed(self) -> None:
+        if self._closed:
+            raise WrongState(
+                device=_NAME, saw="a call after the device was closed", expected="an open device", remedy="open it anew"
+            )
+
+    def __enter__(self) -> Self:
+        """Give the open device."""
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        """Halt, forget the sequence, and close."""
+        self.halt()
+        self._loaded, self._closed = None, True
+
+
+def open_modulator(settings: ModulatorSettings, context: BenchContext) -> SimulatedModulator:
+    """Open the simulated modulator on the context's optical bench."""
+    return SimulatedModulator(settings, bench_of(context, _NAME))
+
+
+plugin = DriverPlugin(summary="simulated DMD on the optical bench", settings=ModulatorSettings, open=open_modulator)
+"""Found as ``kinopix.modulators: simulated``."""
