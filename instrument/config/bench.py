@@ -1,0 +1,240 @@
+"""bench.toml: which plug-ins make up the bench, and their settings, checked against the plug-ins' own models."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Generic, Literal, TypeAlias, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from instrument.config.check import check_table
+from instrument.config.discovery import (
+    RESERVED_KEYS,
+    InstalledPlugin,
+    Plugin,
+    PluginBroken,
+    PluginKind,
+    PluginMissing,
+    find_plugin,
+)
+from instrument.config.document import Document, read_document
+from instrument.config.errors import ConfigError, Problem
+from instrument.config.positions import KeyPath
+from protocols import DriverPlugin, Frozen, ScenePlugin, TransportPlugin
+
+OnAbort: TypeAlias = Literal["stop", "hold", "home"]
+"""What the stage does after an abort: stop where it is, hold until the running move is done, or stop and look for home."""
+
+
+class AnyTable(BaseModel):
+    """A table whose keys are known only to a plug-in. Those that are not named here are in ``model_extra``."""
+
+    model_config = ConfigDict(frozen=True, extra="allow")
+
+
+class DeviceTable(AnyTable):
+    """``[modulator]`` or ``[counter]``. All keys but these belong to the driver's settings."""
+
+    driver: str
+    """Name of the driver plug-in."""
+
+    transport: str | None = None
+    """Name of a transport plug-in to talk through instead of the hardware."""
+
+    emulator: AnyTable | None = None
+    """Settings of that transport."""
+
+
+class StageTable(DeviceTable):
+    """``[stage]``: as the others, and what to do after an abort."""
+
+    on_abort: OnAbort = "stop"
+    """What the stage does when a run is broken off."""
+
+
+class SceneTable(AnyTable):
+    """``[scene]``: all keys but ``kind`` belong to the scene's settings."""
+
+    kind: str = "optical-bench"
+    """Name of the scene plug-in."""
+
+
+class BenchConfig(Frozen):
+    """bench.toml as it is written, before any plug-in is asked."""
+
+    modulator: DeviceTable
+    """Shows the patterns."""
+
+    counter: DeviceTable
+    """Counts the light."""
+
+    stage: StageTable
+    """Moves the object."""
+
+    scene: SceneTable | None = None
+    """The simulated bench that simulated devices and emulators share."""
+
+
+PluginT = TypeVar("PluginT", bound=Plugin)
+
+
+@dataclass(frozen=True)
+class Resolved(Generic[PluginT]):
+    """A plug-in with its checked settings: ready to be opened."""
+
+    installed: InstalledPlugin
+    """Its name, distribution and version."""
+
+    plugin: PluginT
+    """The plug-in itself."""
+
+    settings: BaseModel
+    """An instance of ``plugin.settings``."""
+
+    transport: "Resolved[TransportPlugin[Any]] | None" = None
+    """Devices only: what to talk through instead of the hardware."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """What a recording keeps of it."""
+        return {
+            "name": self.installed.name,
+            "distribution": self.installed.distribution,
+            "version": self.installed.version,
+            "settings": self.settings.model_dump(mode="json"),
+            **({"transport": self.transport.as_dict()} if self.transport else {}),
+        }
+
+
+ResolvedDevice: TypeAlias = Resolved[DriverPlugin[Any, Any]]
+"""A driver with its settings, and with its transport where bench.toml names one."""
+
+
+@dataclass(frozen=True)
+class ResolvedBench:
+    """Everything that is needed to open the bench. Nothing is open yet."""
+
+    path: Path
+    """The file it was read from."""
+
+    modulator: ResolvedDevice
+    """Shows the patterns."""
+
+    counter: ResolvedDevice
+    """Counts the light."""
+
+    stage: ResolvedDevice
+    """Moves the object."""
+
+    on_abort: OnAbort = "stop"
+    """What the stage does when a run is broken off."""
+
+    scene: Resolved[ScenePlugin[Any]] | None = None
+    """The simulated bench; None where all devices are real."""
+
+    @property
+    def folder(self) -> Path:
+        """Folder of bench.toml: relative paths in settings start here."""
+        return self.path.parent
+
+    def as_json(self) -> str:
+        """The bench as a recording stores it: plug-ins with distribution, version and settings, defaults written out."""
+        bench = {
+            "modulator": self.modulator.as_dict(),
+            "counter": self.counter.as_dict(),
+            "stage": {**self.stage.as_dict(), "on_abort": self.on_abort},
+            "scene": self.scene.as_dict() if self.scene else None,
+        }
+        return json.dumps(bench, indent=2)
+
+
+def load_bench(path: str | Path) -> ResolvedBench:
+    """Read bench.toml and find its plug-ins. Opens no device.
+
+    Raises:
+        ConfigError: every mistake in the file at once: in its tables, in plug-ins that are missing or broken, in their
+            settings.
+    """
+    document = read_document(Path(path))
+    config, problems = check_table(BenchConfig, document.values, document)
+    search = _Search(document, problems)
+    modulator = search.device("modulator", DeviceTable)
+    counter = search.device("counter", DeviceTable)
+    stage = search.device("stage", StageTable)
+    scene = search.scene()
+    if config is None or modulator is None or counter is None or stage is None or problems:
+        raise ConfigError(document.path, problems)
+    return ResolvedBench(document.path, modulator, counter, stage, config.stage.on_abort, scene)
+
+
+TableT = TypeVar("TableT", bound=BaseModel)
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Resolves what can be resolved, and adds what cannot to the problems."""
+
+    document: Document
+    problems: list[Problem]
+
+    def device(self, kind: Literal["modulator", "counter", "stage"], model: type[DeviceTable]) -> ResolvedDevice | None:
+        table = self.table(kind, model)
+        if table is None:
+            return None
+        transport = self.transport(kind, table)
+        installed = self.plugin(kind, table.driver, (kind, "driver"))
+        if installed is None:
+            return None
+        driver = installed.load_driver()
+        settings = self.settings(driver.settings, table, (kind,), RESERVED_KEYS)
+        return None if settings is None else Resolved(installed, driver, settings, transport)
+
+    def transport(self, kind: str, table: DeviceTable) -> Resolved[TransportPlugin[Any]] | None:
+        where: KeyPath = (kind, "emulator")
+        if table.transport is None:
+            if table.emulator is not None:
+                self.report(where, "settings of a transport, but no transport", f'transport = "..." in [{kind}]')
+            return None
+        installed = self.plugin("transport", table.transport, (kind, "transport"))
+        if installed is None:
+            return None
+        transport = installed.load_transport()
+        settings = self.settings(transport.settings, table.emulator or AnyTable(), where)
+        return None if settings is None else Resolved(installed, transport, settings)
+
+    def scene(self) -> Resolved[ScenePlugin[Any]] | None:
+        table = self.table("scene", SceneTable)
+        installed = None if table is None else self.plugin("scene", table.kind, ("scene", "kind"))
+        if table is None or installed is None:
+            return None
+        scene = installed.load_scene()
+        settings = self.settings(scene.settings, table, ("scene",), ("kind",))
+        return None if settings is None else Resolved(installed, scene, settings)
+
+    def table(self, name: str, model: type[TableT]) -> TableT | None:
+        """The table, or None where it is missing or not even a table with its own keys right: that is reported already."""
+        try:
+            return model.model_validate(self.document.values.get(name), strict=True)
+        except ValidationError:
+            return None
+
+    def plugin(self, kind: PluginKind, name: str, where: KeyPath) -> InstalledPlugin | None:
+        """The plug-in, if it is there and can be imported."""
+        try:
+            installed = find_plugin(kind, name)
+            installed.load()
+        except (PluginMissing, PluginBroken) as error:
+            saw = f"{error.device}, which gives {error.saw}" if error.device else error.saw
+            self.report(where, saw, error.expected, error.remedy)
+            return None
+        return installed
+
+    def settings(
+        self, model: type[BaseModel], table: AnyTable, where: KeyPath, reserved: tuple[str, ...] = ()
+    ) -> BaseModel | None:
+        settings, problems = check_table(model, dict(table.model_extra or {}), self.document, where, reserved)
+        self.problems.extend(problems)
+        return settings
+
+    def report(self, where: KeyPath, saw: str, expected: str, suggestion: str = "") -> None:
+        key = ".".join(str(part) for part in where)
+        self.problems.append(Problem(self.document.path, self.document.line_of(where), key, saw, expected, suggestion))

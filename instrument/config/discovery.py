@@ -1,0 +1,188 @@
+"""Plug-ins by name: drivers, transports and scenes that any installed distribution offers as entry points.
+
+Nothing is skipped and nothing is replaced: a plug-in that is missing or broken is an error that says so.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any, Literal, TypeAlias, cast, get_args
+
+from pydantic import BaseModel
+
+from instrument.config.suggest import suggest_value
+from protocols import Availability, DriverPlugin, InputError, ScenePlugin, TransportPlugin
+
+PluginKind: TypeAlias = Literal["modulator", "counter", "stage", "transport", "scene"]
+"""What a plug-in is; its entry point group is ``kinopix.`` and the plural."""
+
+Plugin: TypeAlias = DriverPlugin[Any, Any] | TransportPlugin[Any] | ScenePlugin[Any]
+
+RESERVED_KEYS = ("driver", "transport", "emulator", "on_abort")
+"""Keys of a device table of bench.toml that belong to the framework, so that no driver's settings may use them."""
+
+_TYPES: dict[PluginKind, type[Plugin]] = {
+    "modulator": DriverPlugin,
+    "counter": DriverPlugin,
+    "stage": DriverPlugin,
+    "transport": TransportPlugin,
+    "scene": ScenePlugin,
+}
+
+
+class PluginMissing(InputError):
+    """No installed distribution offers a plug-in of that name, or more than one does."""
+
+
+class PluginBroken(InputError):
+    """The plug-in is installed, but importing it fails or gives something else than a plug-in."""
+
+
+@dataclass(frozen=True)
+class InstalledPlugin:
+    """A plug-in as its distribution announces it. Nothing of it is imported before ``load``."""
+
+    kind: PluginKind
+    """What it is."""
+
+    name: str
+    """The name that bench.toml calls it by."""
+
+    distribution: str
+    """The distribution that brought it."""
+
+    version: str
+    """Version of that distribution."""
+
+    entry_point: EntryPoint
+    """Where it is to be found."""
+
+    @property
+    def origin(self) -> str:
+        """Kind, name, distribution and version in words."""
+        return f"{self.kind} plug-in {self.name!r} of {self.distribution} {self.version}"
+
+    def load(self) -> Plugin:
+        """Import the plug-in.
+
+        Raises:
+            PluginBroken: the import fails, or what it gives cannot serve.
+        """
+        try:
+            found: object = self.entry_point.load()
+        except Exception as error:  # whatever third-party code raises while it is imported
+            saw = f"{type(error).__name__}: {error}"
+            raise self._broken(saw, f"{self.entry_point.value} to import without an error") from error
+        wanted: type = _TYPES[self.kind]
+        if not isinstance(found, wanted):
+            saw = f"{self.entry_point.value} of type {type(found).__name__}"
+            raise self._broken(saw, f"a protocols.{wanted.__name__}")
+        plugin = cast("Plugin", found)
+        self._check_settings(plugin.settings)
+        return plugin
+
+    def load_driver(self) -> DriverPlugin[Any, Any]:
+        """``load`` for a modulator, a counter or a stage."""
+        return cast("DriverPlugin[Any, Any]", self.load())
+
+    def load_transport(self) -> TransportPlugin[Any]:
+        """``load`` for a transport."""
+        return cast("TransportPlugin[Any]", self.load())
+
+    def load_scene(self) -> ScenePlugin[Any]:
+        """``load`` for a scene."""
+        return cast("ScenePlugin[Any]", self.load())
+
+    def _check_settings(self, settings: type[BaseModel]) -> None:
+        if settings.model_config.get("extra", "ignore") == "ignore":
+            raise self._broken(
+                f"settings {settings.__name__} that ignore keys they do not know",
+                "settings that forbid them, such as a protocols.Frozen",
+            )
+        if self.kind in {"transport", "scene"}:
+            return
+        for key in RESERVED_KEYS:
+            if key in settings.model_fields:
+                raise self._broken(f"settings {settings.__name__} with the key {key}", "another name for that key")
+
+    def _broken(self, saw: str, expected: str) -> PluginBroken:
+        remedy = f"repair or reinstall {self.distribution} {self.version}, or choose another plug-in"
+        return PluginBroken(device=self.origin, saw=saw, expected=expected, remedy=remedy)
+
+
+@dataclass(frozen=True)
+class PluginLine:
+    """One line of ``kinopix drivers``."""
+
+    plugin: InstalledPlugin
+    """Which one."""
+
+    summary: str = ""
+    """What it says of itself; empty where it is broken."""
+
+    availability: Availability = field(default_factory=lambda: Availability(ready=False))
+    """Whether it can be used on this machine now."""
+
+    error: str = ""
+    """Why it cannot be loaded, or why its own look-around failed; empty where nothing went wrong."""
+
+
+def installed_plugins(kind: PluginKind) -> tuple[InstalledPlugin, ...]:
+    """List the plug-ins of one kind by name, without importing any."""
+    return tuple(sorted(_announced(kind), key=lambda plugin: (plugin.name, plugin.distribution)))
+
+
+def find_plugin(kind: PluginKind, name: str) -> InstalledPlugin:
+    """Give the one plug-in of that name.
+
+    Raises:
+        PluginMissing: there is none, or more than one; names what is installed.
+    """
+    installed = installed_plugins(kind)
+    found = [plugin for plugin in installed if plugin.name == name]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        owners = " and ".join(f"{plugin.distribution} {plugin.version}" for plugin in found)
+        raise PluginMissing(
+            saw=f"the {kind} plug-in {name!r} offered by {owners}",
+            expected="one distribution for each name",
+            remedy="uninstall all but one of them",
+        )
+    names = [plugin.name for plugin in installed]
+    hint = suggest_value(name, names)
+    raise PluginMissing(
+        saw=f"{name!r}, a {kind} plug-in that no installed distribution offers" + (f" ({hint})" if hint else ""),
+        expected=f"one of {', '.join(names)}" if names else f"an installed {kind} plug-in: there is none",
+        remedy="correct the name, or install the distribution that offers it; `kinopix drivers` lists all plug-ins",
+    )
+
+
+def list_plugins() -> tuple[PluginLine, ...]:
+    """Load every plug-in and ask it whether it can be used now. One that is broken is listed with its error."""
+    return tuple(_line(plugin) for kind in get_args(PluginKind) for plugin in installed_plugins(kind))
+
+
+def _announced(kind: PluginKind) -> Iterator[InstalledPlugin]:
+    for entry_point in entry_points(group=f"kinopix.{kind}s"):
+        owner = entry_point.dist
+        yield InstalledPlugin(
+            kind=kind,
+            name=entry_point.name,
+            distribution=owner.name if owner else "an unknown distribution",
+            version=owner.version if owner else "",
+            entry_point=entry_point,
+        )
+
+
+def _line(installed: InstalledPlugin) -> PluginLine:
+    try:
+        plugin = installed.load()
+    except PluginBroken as error:
+        return PluginLine(installed, error=error.saw)
+    if not isinstance(plugin, DriverPlugin):
+        return PluginLine(installed, plugin.summary, Availability(ready=True))
+    try:
+        return PluginLine(installed, plugin.summary, plugin.availability())
+    except Exception as error:  # noqa: BLE001 - a listing names every plug-in, whatever one of them raises
+        return PluginLine(installed, plugin.summary, error=f"{type(error).__name__}: {error}")

@@ -1,0 +1,70 @@
+"""What tracking and reconstruction found, written into the recording they were made from."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from instrument.storage.edit import rewritten
+from instrument.storage.hdf5 import open_to_read
+from instrument.storage.provenance import PROGRAM, now, program_version
+from instrument.storage.reader import open_recording
+from protocols import Floats
+
+
+def write_analysis(
+    path: str | Path,
+    *,
+    displacement_px: Floats,
+    image: Floats,
+    sigma_px: Floats | None = None,
+    table: Mapping[str, Any] | None = None,
+    settings: Mapping[str, Any] | None = None,
+) -> None:
+    """Write ``/entry/analysis`` and make its image the default plot. An earlier analysis is replaced; raw data stay as they are.
+
+    All or nothing: if it fails, the file is as it was before.
+
+    Args:
+        path: the recording.
+        displacement_px: ``(frames, 2)`` x, y relative to frame 0; NaN where not tracked.
+        image: ``(rows, columns)`` the reconstructed image at frame 0, row = y (down), column = x.
+        sigma_px: ``(frames, 2)`` standard uncertainty of ``displacement_px``.
+        table: figures to print, by name; stored as JSON.
+        settings: how the analysis was done; stored as JSON.
+
+    Raises:
+        InputError: ``path`` is no readable recording.
+        ValueError: arrays whose shapes do not go with the recording.
+    """
+    path = Path(path)
+    frames = len(open_recording(path))
+    if displacement_px.shape != (frames, 2) or image.ndim != 2:
+        raise ValueError(f"displacement {displacement_px.shape}, image {image.shape} for {frames} frames")
+    if sigma_px is not None and sigma_px.shape != displacement_px.shape:
+        raise ValueError(f"sigma_px of shape {sigma_px.shape} for displacement {displacement_px.shape}")
+    with open_to_read(path) as old, rewritten(old, path) as entry:
+        analysis = entry.group("analysis", "NXprocess", default="image")
+        analysis.add("program", PROGRAM)
+        analysis.add("version", program_version())
+        analysis.add("date", now())
+        analysis.add("table", json.dumps(dict(table or {}), default=_plain))
+        analysis.add("settings", json.dumps(dict(settings or {}), default=_plain))
+        track = analysis.group("track", "NXdata", signal="displacement_px", axes=[".", "."])
+        track.add("displacement_px", displacement_px, units="px", long_name="x, y relative to frame 0")
+        if sigma_px is not None:
+            track.add("sigma_px", sigma_px, units="px")
+        picture = analysis.group("image", "NXdata", signal="image", axes=["y_px", "x_px"])
+        picture.add("image", image, long_name="image at frame 0")
+        picture.add("y_px", np.arange(image.shape[0], dtype=np.float64), units="px")
+        picture.add("x_px", np.arange(image.shape[1], dtype=np.float64), units="px")
+        entry.set_attributes(default="analysis")
+
+
+def _plain(value: object) -> object:
+    """Numbers and arrays of numpy as JSON knows them."""
+    if isinstance(value, np.generic | np.ndarray):
+        return cast("np.ndarray[Any, Any]", value).tolist()
+    raise TypeError(f"{type(value).__name__} cannot be stored as JSON")

@@ -1,0 +1,98 @@
+"""A recording read back: whole, partial, or left behind by a program that was killed."""
+
+from pathlib import Path
+
+import numpy as np
+from pydantic import ValidationError
+
+from instrument.plan import Plan
+from instrument.recording import Recording
+from instrument.schemes import scheme_of
+from instrument.storage import layout
+from instrument.storage.hdf5 import HDF5_ERRORS, Group, is_hdf5, open_to_read
+from instrument.storage.layout import unusable
+from protocols import Floats, InputError, Mask, Truth
+
+
+def open_recording(path: str | Path) -> Recording:
+    """Read a recording. A run that broke, or whose program was killed, is a shorter one with a mask.
+
+    Raises:
+        InputError: no such file, no HDF5, no recording, of a later layout, truncated or damaged: says which.
+    """
+    path = Path(path)
+    if not path.is_file():
+        what = "a folder" if path.is_dir() else "no such file"
+        raise unusable(path, what, "give the path of a recording (.h5)")
+    if not is_hdf5(path):
+        what = "an empty file" if path.stat().st_size == 0 else "something else than an HDF5 file"
+        raise unusable(path, what, "give the path of a recording (.h5)")
+    try:
+        with open_to_read(path) as file:
+            return _recording(path, file)
+    except InputError:
+        raise
+    except HDF5_ERRORS as error:
+        what = "a truncated file" if "truncated" in str(error) else "a damaged file"
+        raise unusable(
+            path, f"{what} ({error})", "take the file from a backup or copy it again, or repeat the run"
+        ) from error
+
+
+def _recording(path: Path, file: Group) -> Recording:
+    if "entry/definition" not in file or file.text("entry/definition") != layout.DEFINITION:
+        raise unusable(path, "an HDF5 file by another program", "give the path of a recording (.h5)")
+    entry = file.at("entry")
+    version = str(entry.attribute_of("definition", "version"))
+    if version.split(".", maxsplit=1)[0] != layout.VERSION.split(".", maxsplit=1)[0]:
+        raise unusable(
+            path,
+            f"a recording of layout {version}, while this program reads {layout.VERSION}",
+            "install a newer Kinopix",
+        )
+    plan = _plan(path, entry.text(layout.PLAN))
+    values = entry.array(layout.VALUES)
+    patterns = scheme_of(plan).patterns_per_frame
+    if values.ndim != 2 or values.shape[1] != patterns:
+        raise unusable(path, f"values of shape {values.shape}, not (frames, {patterns})", "repeat the run")
+    return Recording(
+        plan=plan,
+        values=values,
+        frame_valid=_frame_valid(path, entry, values),
+        picture_time_s=entry.number(layout.PICTURE_TIME_S),
+        edge_time_s=_edge_time_s(entry, len(values)),
+        photon_counts=bool(entry.number(layout.PHOTON_COUNTS)),
+        dead_time_s=entry.number(layout.DEAD_TIME_S),
+        dark_rate_hz=entry.number(layout.DARK_RATE_HZ),
+        truth=_truth(entry),
+        path=path,
+    )
+
+
+def _plan(path: Path, text: str) -> Plan:
+    try:
+        return Plan.from_json(text)
+    except (ValidationError, ValueError) as error:
+        raise unusable(path, f"a plan that this program does not know ({error})", "install a newer Kinopix") from error
+
+
+def _frame_valid(path: Path, entry: Group, values: Floats) -> Mask:
+    """The mask of the audit; where there was none, the frames in which every pattern has a value."""
+    measured = layout.measured_frames(values)
+    if layout.FRAME_VALID not in entry:
+        return measured
+    valid = entry.array(layout.FRAME_VALID).astype(bool)
+    if valid.shape != measured.shape:
+        raise unusable(path, f"a mask of {len(valid)} frames for {len(measured)} frames of values", "repeat the run")
+    return valid
+
+
+def _edge_time_s(entry: Group, frames: int) -> Floats | None:
+    edges = entry.array(layout.EDGE_TIME_S)[:frames]
+    return edges if np.isfinite(edges).any() else None
+
+
+def _truth(entry: Group) -> Truth | None:
+    if layout.TRUTH_IMAGE not in entry:
+        return None
+    return Truth(displacement_px=entry.array(layout.TRUTH_DISPLACEMENT_PX), image=entry.array(layout.TRUTH_IMAGE))
