@@ -7,6 +7,7 @@ from typing import Self
 import numpy as np
 
 from instrument.plan import Plan
+from instrument.timing import TimingReport
 from protocols import Floats, InputError, Mask, Truth
 
 
@@ -40,6 +41,9 @@ class Recording:
 
     truth: Truth | None = None
     """Simulated runs only: what really was there."""
+
+    timing: TimingReport | None = None
+    """The timing audit; None where a run was cut off before it."""
 
     path: Path | None = None
     """The file it came from."""

@@ -120,9 +120,11 @@ class PhotonCounter(Protocol):
         ...
 
     def read(self, timeout_s: float) -> CountBlock:
-        """Hand over the bins that have closed; wait up to ``timeout_s`` for about ``latency_s`` worth of them.
+        """Hand over the bins that have closed, about ``latency_s`` worth of them.
 
-        Returns an empty block if none closed in that time, and at once when the run has all its ``n_bins``.
+        Waits up to ``timeout_s`` for the first bin, and then no longer than about ``latency_s`` for more, so that the last
+        bins of a run are not held back. Returns an empty block if none closed in that time, and at once when the run has all
+        its ``n_bins``.
 
         Raises:
             CounterOverrun: counts were lost; those before are handed over already.

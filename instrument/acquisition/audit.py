@@ -1,12 +1,12 @@
 """The timing audit: what the hardware's own edges say of a run."""
 
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
-from pydantic import NonNegativeInt, PositiveFloat
 
 from instrument.acquisition.alignment import AlignedBlock
-from protocols import CounterReport, Floats, Frozen, Mask
+from instrument.timing import TimingReport
+from protocols import CounterReport, Floats, Mask
 
 JITTER_WARNING: Final = 0.001
 """Standard deviation of the edge period, in periods, above which a note is made (50 ns at 20 kHz)."""
@@ -15,68 +15,6 @@ CLOCK_WARNING_PPM: Final = 100.0
 """Offset between the mean period and the picture time above which a note is made: another picture time, or a bad crystal."""
 
 _LISTED: Final = 1000  # indices kept of each kind: a broken cable makes one gap a pattern
-
-
-class TimingReport(Frozen):
-    """The audit's result, as the recording stores it."""
-
-    verdict: Literal["good", "flagged", "failed"]
-    """``good``: every pattern in its own bin. ``flagged``: some frames are masked, the others are sure. ``failed``: patterns are
-    missing and nobody can tell which, or the run ended early."""
-
-    patterns_expected: NonNegativeInt
-    """Patterns in the play order, the guard picture not counted."""
-
-    patterns_recorded: NonNegativeInt
-    """Patterns that have a place in the recording, those without a value too."""
-
-    bins_received: NonNegativeInt
-    """Bins that the counter handed over."""
-
-    edges_seen: NonNegativeInt | None
-    """Sync edges that the counter saw; None where it cannot tell."""
-
-    surplus_edges: NonNegativeInt | None
-    """Edges after the one that closed the last pattern; None where the counter cannot tell."""
-
-    picture_time_s: PositiveFloat
-    """What the modulator keeps."""
-
-    mean_period_s: float | None
-    """Mean time from edge to edge over regular steps, on the counter's crystal; None without edge times."""
-
-    jitter_s: float | None
-    """Standard deviation of the regular steps."""
-
-    largest_deviation_s: float | None
-    """Largest distance of a regular step from the mean."""
-
-    clock_offset_ppm: float | None
-    """(mean period / picture time - 1) in parts per million: how far modulator and counter disagree about time."""
-
-    gaps: tuple[int, ...] = ()
-    """Patterns whose opening edge is missing (the first thousand)."""
-
-    doubles: tuple[int, ...] = ()
-    """Patterns in which a surplus edge came."""
-
-    irregular: tuple[int, ...] = ()
-    """Patterns of a wrong length without a missing edge."""
-
-    frames: NonNegativeInt = 0
-    """Frames in the recording, whole ones."""
-
-    frames_masked: NonNegativeInt = 0
-    """Of those, frames that analysis leaves out."""
-
-    brightest_rate_hz: float | None = None
-    """Highest count rate in a bin; None for a detector that does not count photons."""
-
-    nonlinear_patterns: NonNegativeInt = 0
-    """Patterns above the detector's linear limit."""
-
-    notes: tuple[str, ...] = ()
-    """What a person should know."""
 
 
 class TimingAudit:
@@ -138,8 +76,8 @@ class TimingAudit:
             self._last_edge_s = float(edge_time_s[-1])
 
     def frame_valid(self) -> Mask:
-        """``(frames,)``: whether each whole frame recorded so far is good."""
-        frames = self._recorded // self._per_frame
+        """``(frames,)``: whether each frame recorded so far is good; one that was begun and not ended is not."""
+        frames = -(-self._recorded // self._per_frame)
         return np.asarray(self._valid[: frames * self._per_frame].reshape(frames, self._per_frame).all(axis=1), bool)
 
     def report(self, counter: CounterReport, *, photon_counts: bool) -> TimingReport:
@@ -150,7 +88,8 @@ class TimingAudit:
         offset_ppm = mean / self._period_s * 1e6 if timed else None
         located = len(self._found["gaps"]) + len(self._found["irregular"])
         flagged = located + len(self._found["doubles"])
-        valid = self.frame_valid()
+        frames = self._recorded // self._per_frame
+        valid = self.frame_valid()[:frames]
         complete = self._recorded >= self._patterns
         surplus = None
         if counter.edges_seen is not None:
@@ -181,7 +120,7 @@ class TimingAudit:
             gaps=tuple(self._found["gaps"]),
             doubles=tuple(self._found["doubles"]),
             irregular=tuple(self._found["irregular"]),
-            frames=len(valid),
+            frames=frames,
             frames_masked=int(np.count_nonzero(~valid)),
             brightest_rate_hz=self._brightest / self._period_s if photon_counts else None,
             nonlinear_patterns=self._nonlinear,

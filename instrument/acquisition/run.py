@@ -7,8 +7,9 @@ from typing import Final, Protocol
 import numpy as np
 
 from instrument.acquisition.alignment import AlignedBlock, Aligner
-from instrument.acquisition.audit import TimingAudit, TimingReport
+from instrument.acquisition.audit import TimingAudit
 from instrument.plan import Plan
+from instrument.timing import TimingReport
 from protocols import (
     Clock,
     CountBlock,
@@ -18,6 +19,7 @@ from protocols import (
     LinearStage,
     Mask,
     ModulatorTiming,
+    Motion,
     PatternModulator,
     PatternSequence,
     PhotonCounter,
@@ -62,54 +64,65 @@ class Outcome:
     """The timing audit."""
 
     frame_valid: Mask
-    """``(frames,)`` of the whole frames recorded."""
+    """``(frames,)`` recorded; the last one may be begun only, and is then masked."""
 
-    photon_counts: bool
-    """Whether the counter counts photons."""
-
-    timing: ModulatorTiming
-    """As read back from the modulator."""
+    motion: Motion | None = None
+    """The stage's motion, over or not; None where the plan has none."""
 
     error: BaseException | None = None
     """What ended the run early; what was recorded until then is good."""
 
 
-def acquire(
+def prepare(
     plan: Plan,
     sequence: PatternSequence,
     devices: Devices,
-    sink: Sink,
-    *,
-    patterns_per_frame: int,
     on_upload: Callable[[int, int], None] | None = None,
-) -> Outcome:
-    """Run a plan that has passed its checks.
+) -> ModulatorTiming:
+    """Load the patterns and bring the stage to where its motion starts.
 
-    An error or an interrupt in the middle does not lose the run: it comes back as ``Outcome.error``, with the audit of what was
-    recorded. Making the devices safe afterwards is the caller's task.
+    Args:
+        plan: a plan that has passed its checks.
+        sequence: its patterns, for the modulator's geometry.
+        devices: open, and at rest.
+        on_upload: told of patterns stored and patterns in all.
+
+    Returns:
+        The timing that the modulator will keep.
+
+    Raises:
+        KinopixError: the modulator refused to load, or the stage to move.
+    """
+    timing = devices.modulator.load(sequence, ModulatorTiming(picture_time_us=plan.picture_time_us), on_upload)
+    if plan.motion is not None:
+        devices.stage.move_to(plan.motion.start_mm, plan.motion.profile).wait()
+    return timing
+
+
+def acquire(
+    plan: Plan, timing: ModulatorTiming, devices: Devices, sink: Sink, *, patterns: int, patterns_per_frame: int
+) -> Outcome:
+    """Carry out a plan that was prepared.
+
+    An error or an interrupt does not lose the run: it comes back as ``Outcome.error``, with the audit of what was recorded.
+    Making the devices safe afterwards is the caller's task.
 
     Args:
         plan: the run.
-        sequence: its patterns, for the modulator's geometry.
-        devices: open, and at rest.
+        timing: as ``prepare`` gave it.
+        devices: prepared.
         sink: gets every block as it comes.
+        patterns: in the play order, without the guard picture.
         patterns_per_frame: of the scheme.
-        on_upload: told of patterns stored and patterns in all.
-
-    Raises:
-        KinopixError: nothing was recorded yet: a device refused to load, to arm or to move.
     """
-    timing = devices.modulator.load(sequence, ModulatorTiming(picture_time_us=plan.picture_time_us), on_upload)
     period_s = timing.picture_time_us * 1e-6
-    if plan.motion is not None:
-        devices.stage.move_to(plan.motion.start_mm, plan.motion.profile).wait()
     audit = TimingAudit(
-        patterns=sequence.n_patterns,
+        patterns=patterns,
         patterns_per_frame=patterns_per_frame,
         picture_time_s=period_s,
         max_count_rate_hz=devices.counter.limits.max_count_rate_hz,
     )
-    reader = _Reader(devices, audit, sink, sequence.n_patterns, period_s)
+    reader = _Reader(devices, audit, sink, patterns, period_s)
     error: BaseException | None = None
     try:
         reader.run(plan)
@@ -119,8 +132,8 @@ def acquire(
         told = devices.counter.disarm()
     except KinopixError as caught:
         told, error = CounterReport(bins_closed=reader.bins, notes=(str(caught),)), error or caught
-    photons = reader.photon_counts
-    return Outcome(audit.report(told, photon_counts=photons), audit.frame_valid(), photons, timing, error)
+    report = audit.report(told, photon_counts=reader.photon_counts)
+    return Outcome(report, audit.frame_valid(), reader.motion, error)
 
 
 class _Reader:
@@ -138,19 +151,19 @@ class _Reader:
         self._armed = CounterRun(n_bins=room if most is None else min(room, most), period_s=period_s)
         self.bins = 0
         self.photon_counts = False
+        self.motion: Motion | None = None
 
     def run(self, plan: Plan) -> None:
         modulator, counter, stage = self._devices.modulator, self._devices.counter, self._devices.stage
         counter.arm(self._armed)
-        motion = None
         if plan.motion is not None:
-            motion = stage.move_to(plan.motion.end_mm(plan.run_time_s), plan.motion.profile)
+            self.motion = stage.move_to(plan.motion.end_mm(plan.run_time_s), plan.motion.profile)
             self._devices.clock.sleep_s(plan.motion.run_up_s)
         modulator.start()
         self._read_all()
         modulator.wait(STALL_MARGIN_S + STALL_PERIODS * self._armed.period_s)
-        if motion is not None:
-            motion.wait()
+        if self.motion is not None:
+            self.motion.wait()
 
     def _read_all(self) -> None:
         # Both waits follow from the run's own figures: the first edge may need START_MARGIN_S, any other STALL_PERIODS periods.

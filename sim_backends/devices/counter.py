@@ -163,8 +163,13 @@ class SimulatedCounter:
             self._find_first_edge(armed, deadline_s)
             until_s = deadline_s
             if armed.first_edge is not None:
-                coming = bench.edges(armed.first_edge + wanted, deadline_s)
-                until_s = float(coming.time_s[0]) if len(coming) else deadline_s
+                closing = bench.edges(armed.first_edge + armed.done + 1, deadline_s).time_s
+                enough = wanted - armed.done
+                if len(closing) >= enough:
+                    until_s = float(closing[enough - 1])
+                elif len(closing):
+                    patience_s = bench.clock.now_s() + armed.run.latency_s
+                    until_s = min(deadline_s, max(float(closing[0]), patience_s))
             bench.clock.advance_to(until_s)
         if armed.first_edge is None or armed.first_edge_s > bench.clock.now_s():
             return 0

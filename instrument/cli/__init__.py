@@ -1,0 +1,5 @@
+"""The `kinopix` command."""
+
+from instrument.cli.main import main
+
+__all__ = ["main"]

@@ -1,0 +1,62 @@
+"""``kinopix drivers``: what is installed, what is missing, what is plugged in."""
+
+import typer
+from rich.table import Table
+
+from instrument.cli.options import JsonOption, print_json
+from instrument.config.discovery import list_plugins
+from instrument.views.terminal import OUT, progress
+
+app = typer.Typer(help="List drivers, transports and scenes; look for devices.", invoke_without_command=True)
+
+
+@app.callback()
+def listing(context: typer.Context, as_json: JsonOption = False) -> None:
+    """List every installed driver, transport and scene, with what is missing to use it."""
+    if context.invoked_subcommand:
+        return
+    lines = list_plugins()
+    if as_json:
+        rows: list[dict[str, object]] = [
+            {
+                "kind": line.plugin.kind,
+                "name": line.plugin.name,
+                "distribution": line.plugin.distribution,
+                "version": line.plugin.version,
+                "summary": line.summary,
+                "ready": line.availability.ready and not line.error,
+                "library": line.availability.version,
+                "missing": line.error or line.availability.missing,
+            }
+            for line in lines
+        ]
+        print_json({"plugins": rows})
+        return
+    table = Table(title="Plug-ins", title_justify="left")
+    for column in ("kind", "name", "from", "state", "what it is"):
+        table.add_column(column)
+    for line in lines:
+        ready = line.availability.ready and not line.error
+        state = f"[green]ready[/] {line.availability.version}" if ready else "[yellow]not ready[/]"
+        what = line.summary if ready else f"{line.summary}\n{line.error or line.availability.missing}".strip()
+        table.add_row(
+            line.plugin.kind, line.plugin.name, f"{line.plugin.distribution} {line.plugin.version}", state, what
+        )
+    OUT.print(table)
+
+
+@app.command()
+def probe() -> None:
+    """Look for devices on this machine. Asks nothing that could move a stage or show a pattern."""
+    found = 0
+    with progress() as bars:
+        task = bars.add_task("looking")
+        lines = [line for line in list_plugins() if line.plugin.kind in {"modulator", "counter", "stage"}]
+        for line in bars.track(lines, task_id=task):
+            if line.error:
+                continue
+            for device in line.plugin.load_driver().probe():
+                found += 1
+                OUT.print(f"{line.plugin.kind} {line.plugin.name}: {device}", soft_wrap=True)
+    if not found:
+        OUT.print("no device found; simulated ones need none")

@@ -1,0 +1,55 @@
+"""The command's frame: its sub-commands, and how it ends."""
+
+import sys
+from importlib.metadata import version
+from typing import Annotated
+
+import typer
+
+from instrument.cli import acquire, analyse, demo, drivers
+from instrument.views.terminal import show_error
+from protocols import KinopixError
+
+app = typer.Typer(
+    help="Single-pixel imaging of moving objects: run the bench, follow the object, see it sharp.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+)
+app.command("demo")(demo.demo)
+app.command("run")(acquire.run)
+app.command("analyse")(analyse.analyse_file)
+app.command("check")(acquire.check)
+app.add_typer(drivers.app, name="drivers")
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"kinopix {version('kinopix')}")
+        raise typer.Exit
+
+
+@app.callback()
+def root(
+    _version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and end.")
+    ] = False,
+) -> None:
+    """Single-pixel imaging of moving objects: run the bench, follow the object, see it sharp."""
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command and end the process: 0 good, 2 wrong input, 3 device or timing fault, 130 interrupted."""
+    sys.exit(status(arguments))
+
+
+def status(arguments: list[str] | None = None) -> int:
+    """Run the command and give its exit code."""
+    try:
+        app(arguments)
+    except KinopixError as error:
+        show_error(error)
+        return error.exit_code
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else int(end.code is not None)
+    return 0

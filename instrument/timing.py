@@ -1,0 +1,69 @@
+"""What the timing audit of a run found: the value, as acquisition makes it and the recording keeps it."""
+
+from typing import Literal
+
+from pydantic import NonNegativeInt, PositiveFloat
+
+from protocols import Frozen
+
+
+class TimingReport(Frozen):
+    """The audit's result, as the recording stores it."""
+
+    verdict: Literal["good", "flagged", "failed"]
+    """``good``: every pattern in its own bin. ``flagged``: some frames are masked, the others are sure. ``failed``: patterns are
+    missing and nobody can tell which, or the run ended early."""
+
+    patterns_expected: NonNegativeInt
+    """Patterns in the play order, the guard picture not counted."""
+
+    patterns_recorded: NonNegativeInt
+    """Patterns that have a place in the recording, those without a value too."""
+
+    bins_received: NonNegativeInt
+    """Bins that the counter handed over."""
+
+    edges_seen: NonNegativeInt | None
+    """Sync edges that the counter saw; None where it cannot tell."""
+
+    surplus_edges: NonNegativeInt | None
+    """Edges after the one that closed the last pattern; None where the counter cannot tell."""
+
+    picture_time_s: PositiveFloat
+    """What the modulator keeps."""
+
+    mean_period_s: float | None
+    """Mean time from edge to edge over regular steps, on the counter's crystal; None without edge times."""
+
+    jitter_s: float | None
+    """Standard deviation of the regular steps."""
+
+    largest_deviation_s: float | None
+    """Largest distance of a regular step from the mean."""
+
+    clock_offset_ppm: float | None
+    """(mean period / picture time - 1) in parts per million: how far modulator and counter disagree about time."""
+
+    gaps: tuple[int, ...] = ()
+    """Patterns whose opening edge is missing (the first thousand)."""
+
+    doubles: tuple[int, ...] = ()
+    """Patterns in which a surplus edge came."""
+
+    irregular: tuple[int, ...] = ()
+    """Patterns of a wrong length without a missing edge."""
+
+    frames: NonNegativeInt = 0
+    """Frames in the recording, whole ones."""
+
+    frames_masked: NonNegativeInt = 0
+    """Of those, frames that analysis leaves out."""
+
+    brightest_rate_hz: float | None = None
+    """Highest count rate in a bin; None for a detector that does not count photons."""
+
+    nonlinear_patterns: NonNegativeInt = 0
+    """Patterns above the detector's linear limit."""
+
+    notes: tuple[str, ...] = ()
+    """What a person should know."""

@@ -1,0 +1,100 @@
+"""Tables, messages and progress bars in the terminal."""
+
+from collections.abc import Iterable, Mapping
+from typing import Final
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.table import Table
+
+from instrument.acquisition import CheckReport, TimingReport
+from protocols import KinopixError
+
+OUT: Final = Console(highlight=False)
+"""Figures and tables: standard output."""
+
+ERR: Final = Console(stderr=True, highlight=False)
+"""Progress, warnings and errors: standard error, so that ``--json`` stays clean."""
+
+_COLOURS = {"good": "green", "warning": "yellow", "flagged": "yellow", "error": "red", "failed": "red"}
+
+
+def progress() -> Progress:
+    """Give a progress bar with count, time gone and time to go; it clears nothing that was printed."""
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+        console=ERR,
+        transient=True,
+    )
+
+
+def figures_table(title: str, figures: Mapping[str, str]) -> Table:
+    """Give a table of two columns: what, and how much."""
+    table = Table(title=title, title_justify="left", show_header=False)
+    table.add_column(style="bold")
+    table.add_column()
+    for name, value in figures.items():
+        table.add_row(name, value)
+    return table
+
+
+def check_table(report: CheckReport) -> Table:
+    """Give one row for each check."""
+    table = Table(title="Checks", title_justify="left")
+    for column in ("what", "outcome", "figures"):
+        table.add_column(column)
+    for check in report.checks:
+        table.add_row(check.name, coloured(check.outcome), check.message)
+    return table
+
+
+def timing_table(report: TimingReport) -> Table:
+    """Give the audit as a person reads it."""
+    rows = {
+        "verdict": coloured(report.verdict),
+        "patterns": f"{report.patterns_recorded} of {report.patterns_expected}, {report.bins_received} bins",
+        "frames": f"{report.frames}, {report.frames_masked} masked",
+        "picture time": f"{report.picture_time_s * 1e6:g} us",
+    }
+    if report.mean_period_s is not None and report.jitter_s is not None:
+        offset_ppm = report.clock_offset_ppm or 0.0
+        rows["sync period"] = f"{report.mean_period_s * 1e6:.4f} us ({offset_ppm:+.1f} ppm)"
+        rows["jitter"] = f"{report.jitter_s * 1e9:.1f} ns, at most {(report.largest_deviation_s or 0) * 1e9:.1f} ns"
+    if report.edges_seen is not None:
+        rows["sync edges"] = f"{report.edges_seen} seen, {report.surplus_edges} after the run"
+    for name, found in (("gaps", report.gaps), ("doubles", report.doubles), ("irregular", report.irregular)):
+        if found:
+            rows[name] = f"{len(found)}, at pattern {_listed(found)}"
+    if report.brightest_rate_hz is not None:
+        rows["brightest"] = f"{report.brightest_rate_hz:.3g} counts/s"
+    for k, note in enumerate(report.notes):
+        rows[f"note {k + 1}"] = note
+    return figures_table("Timing audit", rows)
+
+
+def show_error(error: KinopixError) -> None:
+    """Print one clear paragraph to standard error."""
+    ERR.print(f"[bold red]kinopix:[/] {_escaped(str(error))}", soft_wrap=True)
+
+
+def warn(message: str) -> None:
+    """Print one line to standard error."""
+    ERR.print(f"[yellow]{_escaped(message)}[/]", soft_wrap=True)
+
+
+def coloured(outcome: str) -> str:
+    """Give the word in its colour, as rich markup."""
+    return f"[{_COLOURS.get(outcome, 'white')}]{outcome}[/]"
+
+
+def _listed(indices: Iterable[int], most: int = 8) -> str:
+    shown = [str(k) for k in indices]
+    return ", ".join(shown[:most]) + (", ..." if len(shown) > most else "")
+
+
+def _escaped(text: str) -> str:
+    return text.replace("[", r"\[")
