@@ -1,0 +1,24 @@
+"""Entry point of the ALP emulator: ``transport = "alp-emulator"`` of a modulator whose driver calls an ALP-4 library."""
+
+from protocols import BenchContext, TransportPlugin
+from sim_backends.bench import bench_of
+from sim_backends.wire.alp.board import Board
+from sim_backends.wire.alp.library import AlpLibrary
+from sim_backends.wire.alp.settings import AlpSettings
+
+
+def open_library(settings: AlpSettings, context: BenchContext) -> AlpLibrary:
+    """Give the function table of a library with one board, on the context's optical bench.
+
+    Raises:
+        InputError: bench.toml has no ``[scene]``.
+    """
+    return AlpLibrary(Board(settings, bench_of(context, "alp-emulator")))
+
+
+plugin = TransportPlugin(
+    summary="ALP-4 library with an emulated V-7000 board, on the optical bench",
+    settings=AlpSettings,
+    open=open_library,
+)
+"""Found as ``kinopix.transports: alp-emulator``."""

@@ -1,0 +1,148 @@
+"""The ``[modulator.emulator]`` table: what the sheet leaves open about a V-7000, and what shall go wrong."""
+
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt
+
+from protocols import Frozen
+
+
+class CallFault(Frozen):
+    """A call that fails (dlp7000.md 8)."""
+
+    kind: Literal["unplug", "power-loss", "other-owner", "memory-full", "halt-during-put", "refuse"]
+    """``unplug``: 1012 from this call on. ``power-loss``: 1001 from this call on. ``other-owner``: AlpDevAlloc gives
+    1004. ``memory-full``: AlpSeqAlloc gives 1007. ``halt-during-put``: AlpSeqPut is aborted half-way with 1009, as by an
+    AlpDevHalt from elsewhere. ``refuse``: this one call gives ``code``."""
+
+    at: str = ""
+    """Name of the C function; empty: the function that the kind is about, AlpDevAlloc for the first two."""
+
+    nth: PositiveInt = 1
+    """Which call of that function, from 1."""
+
+    code: PositiveInt = 1999
+    """For ``refuse``: any code at all. A driver has to take each of them."""
+
+    @property
+    def function(self) -> str:
+        """Name of the C function that fails."""
+        usual = {"memory-full": "AlpSeqAlloc", "halt-during-put": "AlpSeqPut"}
+        return self.at or usual.get(self.kind, "AlpDevAlloc")
+
+
+class NoDmd(Frozen):
+    """The DMD's ribbon cable is off: the type reads 255 and the geometry that of a 1080p array (dlp7000.md 3.4)."""
+
+    kind: Literal["no-dmd"]
+    """Tells this table from the others."""
+
+
+class LostFrames(Frozen):
+    """Pictures that are never shown and give no edge, without any error code: the realistic silent failure."""
+
+    kind: Literal["lost-frames"]
+    """Tells this table from the others."""
+
+    first: NonNegativeInt
+    """First lost picture of a projection, from 0."""
+
+    count: PositiveInt = 1
+    """How many."""
+
+
+class WrongRows(Frozen):
+    """Every picture comes some rows too low, as after a row-address error; the last rows come back at the top."""
+
+    kind: Literal["wrong-rows"]
+    """Tells this table from the others."""
+
+    rows: int = 1
+    """By how many; negative is up."""
+
+
+AlpFault: TypeAlias = Annotated[CallFault | NoDmd | LostFrames | WrongRows, Field(discriminator="kind")]
+"""Something that goes wrong on this board."""
+
+
+class AlpSettings(Frozen):
+    """A V-7000 as far as the sheet knows it. Marks: [V] verified, [S] second-hand, [I] inferred, [U] unknown."""
+
+    serial_number: PositiveInt = 10001
+    """What ALP_DEVICE_NUMBER tells and AlpDevAlloc takes beside 0."""
+
+    version: PositiveInt = 0x0403
+    """ALP_VERSION. [S] 0x0401 was seen on a 4.1 library; this one is by analogy."""
+
+    dmd_type: PositiveInt = 4
+    """ALP_DEV_DMDTYPE: 4 is a DLP7000 [V]."""
+
+    memory_frames: PositiveInt = 43_690
+    """Binary pictures on the board [S]."""
+
+    min_picture_time_us: PositiveInt = 44
+    """Shortest picture of the full array, 1 bit, uninterrupted [S]."""
+
+    row_load_us: NonNegativeFloat = 0.04
+    """How much shorter a picture may be for each row that ALP_SEQ_DMD_LINES leaves out [I]."""
+
+    min_dark_us: PositiveInt = 44
+    """Shortest dark phase in ALP_BIN_NORMAL [S]."""
+
+    max_picture_time_us: PositiveInt = 10_000_000
+    """Longest picture [V]."""
+
+    max_synch_delay_us: PositiveInt = 130_000
+    """Longest delay from synch to display [V]."""
+
+    max_trigger_in_delay_us: PositiveInt = 130_000
+    """Longest delay from trigger input to display [U]."""
+
+    default_picture_time_us: PositiveInt = 33_334
+    """Where neither picture nor illuminate time is given: 30 Hz, 33,333 or 33,334 us [V]."""
+
+    max_repeat: PositiveInt = 1_048_576
+    """Most iterations of a finite projection [S]."""
+
+    flut_max_entries9: NonNegativeInt = 32_768
+    """ALP_FLUT_MAX_ENTRIES9 [U]. 0: a board without frame look-up table, which answers 1005."""
+
+    flut_18bit: bool = True
+    """Whether 18-bit entries work [V for ALP-4.1 and later headers, U for this board]."""
+
+    flut_write_unit: Literal["entries", "slots9"] = "entries"
+    """What ``nOffset`` of ALP_FLUT_WRITE_18BIT counts: entries of 18 bit or slots of 9 bit [U]."""
+
+    timing_violation_code: PositiveInt = 1005
+    """Answer to a timing that cannot be kept [S]."""
+
+    unknown_device_code: PositiveInt = 1003
+    """Answer to a device id that is not valid [I]."""
+
+    unknown_sequence_code: PositiveInt = 1006
+    """Answer to a sequence id that is not valid [S]."""
+
+    free_needs_halt: bool = True
+    """Whether AlpDevFree gives 1002 after a projection until AlpDevHalt was called ([V] that it needs the idle state; [I]
+    that a projection that ended by itself leaves another one)."""
+
+    start_latency_us: NonNegativeFloat = 200.0
+    """From AlpProjStart to the first edge or picture [U]."""
+
+    first_synch: Literal["with-picture-0", "extra", "missing"] = "with-picture-0"
+    """Whether a run of N pictures gives N synch pulses from picture 0 on, one more before it, or none for picture 0 [U]."""
+
+    uploads_cleared: bool = True
+    """Whether a picture that was never uploaded is dark; otherwise every second mirror is on [U]."""
+
+    usb_bytes_per_s: PositiveFloat = 30e6
+    """Speed of AlpSeqPut: 25 to 35 MB/s on USB 2 [I]."""
+
+    endless_pictures: PositiveInt = 200_000
+    """How many pictures of an endless or much repeated projection are laid out on the optical bench."""
+
+    patience_s: PositiveFloat = 3600.0
+    """AlpProjWait on a projection that never ends comes back after this long with 1999, instead of never."""
+
+    faults: tuple[AlpFault, ...] = ()
+    """What goes wrong."""

@@ -1,0 +1,1 @@
+"""Tests of the emulators that speak the devices' own calls and bytes."""
