@@ -1,0 +1,1 @@
+"""Tests of the KA400Z driver against scripted ports."""
