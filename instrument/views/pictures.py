@@ -1,0 +1,44 @@
+"""All pictures of one analysis, written as PNG."""
+
+from pathlib import Path
+
+from instrument.analysis import Analysis
+from instrument.views.figures import error_figure, image_figure, save, timing_figure, trajectory_figure
+from instrument.views.summary import summary_figure
+
+
+def write_pictures(analysis: Analysis, folder: Path, stem: str = "") -> list[Path]:
+    """Draw summary, image, trajectory, error (where the truth is known) and timing (where there are edge times).
+
+    Args:
+        analysis: what to draw.
+        folder: made if it is missing; pictures that exist are replaced.
+        stem: what the file names start with; nothing where empty.
+
+    Returns:
+        The files written, the summary first.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    recording, trajectory = analysis.recording, analysis.trajectory
+    truth = recording.truth
+    truth_px = truth.displacement_px if truth else None
+    truth_image = truth.image if truth else None
+    time_s, found_px = trajectory.frame_time_s, trajectory.displacement_px
+    figures = {
+        "summary": summary_figure(
+            ignored=analysis.ignored,
+            image=analysis.image,
+            truth=truth_image,
+            time_s=time_s,
+            displacement_px=found_px,
+            truth_px=truth_px,
+            caption=analysis.figures.caption(),
+        ),
+        "image": image_figure(analysis.image, truth_image),
+        "trajectory": trajectory_figure(time_s, found_px, truth_px),
+    }
+    if truth_px is not None:
+        figures["error"] = error_figure(time_s, found_px - truth_px, trajectory.sigma_px)
+    if recording.edge_time_s is not None:
+        figures["timing"] = timing_figure(recording.edge_time_s, recording.picture_time_s)
+    return [save(figure, folder / f"{stem}-{name}.png" if stem else folder / f"{name}.png") for name, figure in figures.items()]

@@ -1,0 +1,129 @@
+"""Checks of a plan against the limits of devices, with figures from the data sheets."""
+
+import pytest
+
+from instrument.acquisition import Check, check_plan
+from instrument.plan import MotionPlan, Plan
+from instrument.schemes import scheme_of
+from protocols import (
+    BenchContext,
+    CounterLimits,
+    KinopixError,
+    ModulatorLimits,
+    PatternMemoryFull,
+    PictureTimeTooShort,
+    PlanError,
+    TravelExceeded,
+)
+from sim_backends.bench import OpticalBench, SceneSettings
+from sim_backends.devices.stage import StageSettings, open_stage
+
+V7000 = ModulatorLimits(
+    columns=1024,
+    rows=768,
+    shortest_picture_time_us=44,
+    longest_picture_time_us=10_000_000,
+    unique_patterns=43_690,
+    play_order_entries=131_072,
+)
+H10682 = CounterLimits(max_sync_rate_hz=1e6, max_count_rate_hz=5e6, dead_time_s=20e-9)
+
+
+def checked(plan: Plan, counter: CounterLimits = H10682, px_per_mm: float | None = None) -> dict[str, Check]:
+    stage = open_stage(StageSettings(), BenchContext(scene=OpticalBench(SceneSettings())))
+    report = check_plan(
+        plan,
+        sequence=lambda: scheme_of(plan).sequence(),
+        modulator=V7000,
+        counter=counter,
+        stage=stage,
+        px_per_mm=px_per_mm,
+    )
+    return {check.name: check for check in report.checks}
+
+
+def error_of(check: Check) -> KinopixError:
+    assert check.outcome == "error"
+    assert check.error is not None
+    return check.error
+
+
+def test_the_standard_plan_is_good_and_says_its_figures() -> None:
+    checks = checked(Plan(frames=1666, motion=MotionPlan(velocity_mm_s=25)))
+    assert {check.outcome for check in checks.values()} == {"good"}
+    assert checks["run length"].message == "1666 frames, 9996 patterns, 0.4998 s"
+    assert checks["field"].message == "256 x 256 of 1024 x 768 mirrors"
+    # 6.25 mm of ramp on both sides of 25 mm/s x 0.4998 s
+    assert checks["stage"].message.startswith("0 mm to 24.99 mm")
+
+
+def test_22_7_khz_is_the_fastest_that_a_v7000_plays() -> None:
+    assert checked(Plan(frames=1, pattern_rate_hz=22_727))["picture time"].outcome == "good"  # 44.0005 us
+    error = error_of(checked(Plan(frames=1, pattern_rate_hz=25_000))["picture time"])
+    assert isinstance(error, PictureTimeTooShort)
+    assert "22727 or less" in error.remedy
+
+
+def test_a_rate_between_whole_microseconds_is_said() -> None:
+    check = checked(Plan(frames=1, pattern_rate_hz=15_000))["picture time"]
+    assert check.outcome == "warning"
+    assert "67 us, 14925.4 patterns/s" in check.message
+
+
+def test_a_picture_time_beyond_ten_seconds_is_an_error() -> None:
+    error = error_of(checked(Plan(frames=1, pattern_rate_hz=0.05))["picture time"])
+    assert "at most 10000000 us" in str(error)
+
+
+def test_a_field_larger_than_the_mirrors_is_an_error() -> None:
+    error = error_of(checked(Plan(frames=1, image_size=256, superpixel=4))["field"])
+    assert "at most 768 mirrors" in str(error)
+
+
+def test_a_play_order_longer_than_the_board_holds_is_an_error() -> None:
+    error = error_of(checked(Plan(frames=30_000))["memory"])
+    assert isinstance(error, PatternMemoryFull)
+    assert "180001 pictures" in str(error)
+
+
+def test_250_counts_a_pattern_are_the_linear_limit_at_20_khz() -> None:
+    """5e6 counts/s in 50 us; a tenth is lost in a dead time of 20 ns."""
+    good = checked(Plan(frames=1, brightest_counts=100))["count rate"]
+    assert good.outcome == "good"
+    assert "4.0 % lost" in good.message
+    assert checked(Plan(frames=1, brightest_counts=250))["count rate"].outcome == "warning"
+    assert isinstance(error_of(checked(Plan(frames=1, brightest_counts=251))["count rate"]), PlanError)
+
+
+def test_a_counter_that_is_too_slow_or_too_short_is_an_error() -> None:
+    slow = H10682.model_copy(update={"max_sync_rate_hz": 10_000.0, "max_bins": 100})
+    checks = checked(Plan(frames=100), slow)
+    assert "at most 10000" in str(error_of(checks["sync rate"]))
+    assert "at most 100 patterns" in str(error_of(checks["run length"]))
+
+
+def test_both_ends_of_the_way_must_lie_in_the_travel() -> None:
+    checks = checked(Plan(frames=1666, motion=MotionPlan(start_mm=10, velocity_mm_s=-25)))
+    error = error_of(checks["stage end"])
+    assert isinstance(error, TravelExceeded)
+    assert "-14.995 mm" in str(error)
+
+
+def test_motion_per_frame_is_held_against_the_unambiguous_range() -> None:
+    """F = 2/128: half a period is 32 px. A frame of 6 x 50 us at 25 mm/s is 7.5 um."""
+    plan = Plan(frames=10, motion=MotionPlan(velocity_mm_s=25))
+    assert checked(plan, px_per_mm=7.2)["displacement"].message.startswith("0.054 px a frame")
+    assert checked(plan, px_per_mm=200)["displacement"].outcome == "warning"
+    assert "32 px a frame" in str(error_of(checked(plan, px_per_mm=5000)["displacement"]))
+
+
+def test_hadamard_patterns_that_repeat_are_said() -> None:
+    check = checked(Plan(frames=300, image_size=16, superpixel=2))["run length"]
+    assert check.outcome == "warning"
+    assert "repeat after 256 frames" in check.message
+
+
+@pytest.mark.parametrize("cycles", [1, 4])
+def test_the_range_follows_the_fringes(cycles: int) -> None:
+    message = checked(Plan(frames=1, fourier_cycles=cycles))["displacement"].message
+    assert f"within {64 / cycles:g} px" in message
