@@ -381,3 +381,20 @@ def test_a_vanished_port_is_an_error_everywhere_and_is_closed_all_the_same() -> 
     with pytest.raises(DeviceDisconnected):
         stage.__exit__(None, None, None)
     assert port.closed
+
+
+def test_an_answer_that_comes_twice_is_over_before_the_next_question() -> None:
+    """The second copy ends 12 ms after the first: the line has to be silent for 20 ms, and then a fence goes first."""
+    stage, port, clock = stage_on(
+        AT_ZERO,
+        *SPEEDS,
+        (b"GoPosition X,O,A,P,40000\r", b"READY\r"),
+        (b"Position? X\r", After(0.02, b"POSITION? X,4800.0,OK\r"), After(0.032, b"POSITION? X,4800.0,OK\r")),
+        (b"SetUnit? X\r", b"SETUNIT? X,s,OK\r"),
+        (b"Position? X\r", After(0.02, b"POSITION? X,5200.0,OK\r")),
+    )
+    stage.move_to(100, PROFILE)
+    clock.sleep_s(0.98)
+    assert stage.position().reported_mm == 12.0
+    assert stage.position().reported_mm == 13.0
+    assert port.nothing_left_over()
