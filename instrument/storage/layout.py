@@ -23,6 +23,7 @@ PHOTON_COUNTS: Final = "instrument/counter/photon_counts"
 RAW_COUNTS: Final = "instrument/counter/raw_counts"
 RAW_EDGE_TIME_S: Final = "instrument/counter/raw_edge_time_s"
 FRAME_VALID: Final = "timing/frame_valid"
+TIMING_REPORT: Final = "timing/report"
 TRUTH_DISPLACEMENT_PX: Final = "truth/displacement_px"
 TRUTH_IMAGE: Final = "truth/image"
 

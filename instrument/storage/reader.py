@@ -11,6 +11,7 @@ from instrument.schemes import scheme_of
 from instrument.storage import layout
 from instrument.storage.hdf5 import HDF5_ERRORS, Group, is_hdf5, open_to_read
 from instrument.storage.layout import unusable
+from instrument.timing import TimingReport
 from protocols import Floats, InputError, Mask, Truth
 
 
@@ -65,6 +66,7 @@ def _recording(path: Path, file: Group) -> Recording:
         dead_time_s=entry.number(layout.DEAD_TIME_S),
         dark_rate_hz=entry.number(layout.DARK_RATE_HZ),
         truth=_truth(entry),
+        timing=_timing(entry),
         path=path,
     )
 
@@ -90,6 +92,16 @@ def _frame_valid(path: Path, entry: Group, values: Floats) -> Mask:
 def _edge_time_s(entry: Group, frames: int) -> Floats | None:
     edges = entry.array(layout.EDGE_TIME_S)[:frames]
     return edges if np.isfinite(edges).any() else None
+
+
+def _timing(entry: Group) -> TimingReport | None:
+    """The audit; None where the run was cut off before it, or where another program left it out."""
+    if layout.TIMING_REPORT not in entry:
+        return None
+    try:
+        return TimingReport.model_validate_json(entry.text(layout.TIMING_REPORT))
+    except ValidationError:
+        return None
 
 
 def _truth(entry: Group) -> Truth | None:
