@@ -1,0 +1,45 @@
+"""The measurement matrix written out, row by row: the oracle for structured operators."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from instrument.patterns import hadamard_signs
+from protocols import Floats, Integers
+from tests.support.simulation import shifted
+
+
+@dataclass(frozen=True, eq=False)
+class Dense:
+    """A matrix with the contract of an operator."""
+
+    matrix: Floats
+    """``(rows, pixels)``."""
+
+    image_shape: tuple[int, int]
+    """Height and width."""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and pixels."""
+        return self.matrix.shape[0], self.matrix.shape[1]
+
+    def matvec(self, image: Floats) -> Floats:
+        """``(pixels,)`` to ``(rows,)``."""
+        return self.matrix @ image
+
+    def rmatvec(self, values: Floats) -> Floats:
+        """``(rows,)`` to ``(pixels,)``."""
+        return self.matrix.T @ values
+
+
+def seen_patterns(patterns: Floats, displacement_px: Floats) -> Floats:
+    """``(rows, size, size)`` patterns as an object displaced by ``(rows, 2)`` sees them: moved by -d, zero from outside."""
+    return np.stack([shifted(p, -dx, -dy) for p, (dx, dy) in zip(patterns, displacement_px, strict=True)])
+
+
+def dense_differential(pairs: Integers, positive_px: Floats, negative_px: Floats, size: int) -> Dense:
+    """Rows of I_H+ - I_H-, each pattern at its own place."""
+    signs = hadamard_signs(size, pairs).astype(np.float64)
+    rows = seen_patterns((1 + signs) / 2, positive_px) - seen_patterns((1 - signs) / 2, negative_px)
+    return Dense(rows.reshape(len(pairs), -1), (size, size))
