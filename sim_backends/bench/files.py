@@ -41,6 +41,7 @@ def load_object(
     """
     if name in BUILT_INS:
         drawing = BUILT_INS[name](height_px or image_size * 36 / 128)
+        _check_light(drawing.cells, f"[scene] {key} = '{name}'")
         height, width = (side * drawing.cell_px for side in drawing.cells.shape)
         if centre_px is None:
             left, top = round(image_size / 4 - width / 2), round(image_size / 4 - height / 2)
@@ -60,13 +61,17 @@ def _load_cells(path: Path, key: str) -> Floats:
             remedy="correct the name, or give the path relative to bench.toml",
         )
     cells = _load_npy(path) if path.suffix.lower() == ".npy" else _load_picture(path)
+    _check_light(cells, str(path))
+    return cells
+
+
+def _check_light(cells: Floats, where: str) -> None:
     if not cells.any():
         raise InputError(
-            saw=f"{path}: nothing in it lets light through",
+            saw=f"{where}: nothing in it lets light through",
             expected="an object with some transmission above 0",
-            remedy="check that the object is bright and its surroundings are black",
+            remedy="check that the object is bright, its surroundings are black, and it is not too small to be drawn",
         )
-    return cells
 
 
 def _load_picture(path: Path) -> Floats:

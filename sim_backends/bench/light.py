@@ -1,12 +1,15 @@
 """The light that each picture lets through."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from protocols import Bytes, Floats, Integers, PixelGrid
 from sim_backends.bench.image import AreaImage, Window
+
+_BATCH = 32_000
+"""Samples to work out together: few enough to stay in the processor's cache."""
 
 
 @dataclass(frozen=True)
@@ -25,26 +28,18 @@ class _Plane:
     """A unique plane as the light sees it, on the coarsest grid that loses nothing."""
 
     packed: Bytes
-    samples: int
-    sample_px: float
-    loss: float
+    """``(samples, ceil(samples / 8))``."""
+
     lit_px: float
+    """Lit area in image pixels."""
+
     background: float
+    """Light from what stands still."""
 
-    def transmission(self, window: Window) -> Floats | Bytes:
-        """``(bottom - top, right - left)``: 0 or 1, less where light is lost at edges."""
-        lit = np.unpackbits(self.packed[window.top : window.bottom], axis=1, count=self.samples)
-        lit = lit[:, window.left : window.right]
-        return lit if self.loss == 0 else lit - self.loss * self._dark_sides(window)
-
-    def _dark_sides(self, window: Window) -> Floats:
-        """Sides of each lit sample that border a dark one (0 for a dark sample)."""
-        field = np.pad(np.unpackbits(self.packed, axis=1, count=self.samples), 1).astype(np.float64)
-        rows, columns = slice(window.top, window.bottom + 2), slice(window.left, window.right + 2)
-        near = field[rows, columns]
-        lit_sides = near[:-2, 1:-1] + near[2:, 1:-1] + near[1:-1, :-2] + near[1:-1, 2:]
-        sides: Floats = near[1:-1, 1:-1] * (4 - lit_sides)
-        return sides
+    @property
+    def samples(self) -> int:
+        """Samples a side."""
+        return int(self.packed.shape[0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,17 +75,46 @@ class LightPath:
         ``time_s`` (n,) counts from the first sync edge, for the lamp's drift.
         """
         planes = [self._plane(int(index)) for index in plane_index]
-        light = np.array([self._seen(plane, dx, dy) for plane, (dx, dy) in zip(planes, at_px.tolist(), strict=True)])
-        lamp = self._optics.level * (1 + self._optics.drift_per_s * time_s)
+        light = np.array([plane.background for plane in planes])
+        samples = np.array([plane.samples for plane in planes])
+        for size in (self._grid.image_size, self._grid.side_mirrors):
+            same = np.flatnonzero(samples == size)
+            if len(same):
+                light[same] += self._seen([planes[picture].packed for picture in same], at_px[same], self._scene)
+        lamp = self._optics.level * np.maximum(1 + self._optics.drift_per_s * time_s, 0.0)
         return PictureLight(light * lamp, np.array([plane.lit_px for plane in planes]))
 
-    def _seen(self, plane: _Plane, dx_px: float, dy_px: float) -> float:
-        window = self._scene.window(dx_px, dy_px, plane.samples, plane.sample_px)
+    def _seen(self, packed: Sequence[Bytes], at_px: Floats, scene: AreaImage) -> Floats:
+        """``(n,)``: light of ``scene``, displaced by ``at_px`` (n, 2), through planes of one size."""
+        light, samples = np.zeros(len(packed)), len(packed[0])
+        sample_px = self._grid.image_size / samples
+        window = scene.window(at_px, samples, sample_px)
         if window.empty:
-            return plane.background
-        scene = self._scene.light(dx_px, dy_px, window, plane.sample_px)
-        # Not a BLAS product: its order of summation, and so the last bit, depends on the number of threads.
-        return float((scene * plane.transmission(window)).sum()) + plane.background
+            return light
+        together = max(
+            1, _BATCH // ((window.bottom - window.top) * max(window.right - window.left, scene.cells.shape[1]))
+        )
+        for first in range(0, len(packed), together):
+            batch = slice(first, first + together)
+            passed = scene.light(at_px[batch], window, sample_px) * self._transmission(packed[batch], window)
+            # Not a BLAS product: its order of summation, and so the last bit, depends on the number of threads.
+            light[batch] = passed.sum(axis=(1, 2))
+        return light
+
+    def _transmission(self, packed: Sequence[Bytes], window: Window) -> Bytes | Floats:
+        """``(n, bottom - top, right - left)``: 0 or 1, less where light is lost at edges."""
+        samples = len(packed[0])
+        if self._optics.edge_loss == 0:
+            rows = np.stack([plane[window.top : window.bottom] for plane in packed])
+            return np.unpackbits(rows, axis=2, count=samples)[:, :, window.left : window.right]
+        field = np.pad(np.unpackbits(np.stack(packed), axis=2, count=samples), ((0, 0), (1, 1), (1, 1)))
+        near = field[:, window.top : window.bottom + 2, window.left : window.right + 2].astype(np.float64)
+        lit = near[:, 1:-1, 1:-1]
+        lit_sides = near[:, :-2, 1:-1] + near[:, 2:, 1:-1] + near[:, 1:-1, :-2] + near[:, 1:-1, 2:]
+        # A sample has one row of its mirrors along a side that borders a dark one.
+        loss = self._optics.edge_loss * samples / self._grid.side_mirrors
+        transmission: Floats = lit * (1 - loss * (4 - lit_sides))
+        return transmission
 
     def _plane(self, index: int) -> _Plane:
         plane = self._planes.get(index)
@@ -100,28 +124,37 @@ class LightPath:
 
     def _take(self, packed_mirrors: Bytes) -> _Plane:
         grid, optics = self._grid, self._optics
-        field = field_mirrors(packed_mirrors, grid)
-        size = grid.superpixel
-        blocks = field.reshape(grid.image_size, size, grid.image_size, size)
-        coarse = np.ascontiguousarray(blocks[:, 0, :, 0])
-        whole = bool((blocks == coarse[:, None, :, None]).all())
-        samples = grid.image_size if whole else grid.side_mirrors
-        sample_px = grid.image_size / samples
-        # A superpixel has one row of `size` mirrors, of its size^2, along a side that borders a dark one.
-        loss = optics.edge_loss / (size if whole else 1)
-        packed = np.packbits(coarse if whole else field, axis=1)
-        plane = _Plane(packed, samples, sample_px, loss, float(field.sum()) / size**2, 0.0)
-        if optics.background is None:
-            return plane
-        still = optics.background.on_grid(0.0, 0.0, samples, sample_px)
-        seen = float((still * plane.transmission(Window(0, samples, 0, samples))).sum()) * optics.background_level
-        return _Plane(packed, samples, sample_px, loss, plane.lit_px, seen)
+        coarse = superpixels(packed_mirrors, grid)
+        lit = field_mirrors(packed_mirrors, grid) if coarse is None else coarse
+        packed = np.packbits(lit, axis=1)
+        background = 0.0
+        if optics.background is not None:
+            background = float(self._seen([packed], np.zeros((1, 2)), optics.background)[0]) * optics.background_level
+        return _Plane(packed, float(lit.sum()) * (grid.image_size / len(lit)) ** 2, background)
+
+
+def superpixels(packed: Bytes, grid: PixelGrid) -> Bytes | None:
+    """One mirror of each superpixel, ``(image_size, image_size)``; None where a superpixel is not of one piece.
+
+    On the image grid the light is the same as on the mirrors, and it is found faster.
+    """
+    size, side = grid.superpixel, grid.side_mirrors
+    field, left = _field(packed, grid)
+    rows = field[::size]
+    if not all((field[mirror::size] == rows).all() for mirror in range(1, size)):
+        return None
+    mirrors = np.unpackbits(rows, axis=1)[:, left : left + side]
+    first = mirrors[:, ::size]
+    return first if all((mirrors[:, mirror::size] == first).all() for mirror in range(1, size)) else None
 
 
 def field_mirrors(packed: Bytes, grid: PixelGrid) -> Bytes:
     """Cut the image field out of a packed mirror plane: ``(side_mirrors, side_mirrors)`` of 0 and 1."""
-    top, left = grid.origin
-    side = grid.side_mirrors
-    first = left // 8
-    rows = np.unpackbits(packed[top : top + side, first : -(-(left + side) // 8)], axis=1)
-    return rows[:, left - 8 * first : left - 8 * first + side]
+    field, left = _field(packed, grid)
+    return np.unpackbits(field, axis=1)[:, left : left + grid.side_mirrors]
+
+
+def _field(packed: Bytes, grid: PixelGrid) -> tuple[Bytes, int]:
+    """The bytes that hold the field, and in which bit of the first of them it begins."""
+    (top, left), side = grid.origin, grid.side_mirrors
+    return packed[top : top + side, left // 8 : -(-(left + side) // 8)], left % 8

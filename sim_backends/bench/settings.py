@@ -129,7 +129,7 @@ class SceneSettings(Frozen):
     """Brightness of the lamp: a factor on all light."""
 
     led_drift_per_s: FiniteFloat = 0.0
-    """Relative change of the lamp's brightness a second, counted from the first sync edge."""
+    """Relative change of the lamp's brightness a second, counted from the first sync edge (it never falls below dark)."""
 
     background: str | None = None
     """A built-in name or a path, as ``object``: what stands still beside the object."""

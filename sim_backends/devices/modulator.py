@@ -46,8 +46,8 @@ class ModulatorSettings(Frozen):
     play_order_entries: PositiveInt = 131_072
     """Longest play order. The real board tells its own when asked; this figure is an assumption."""
 
-    start_delay_s: NonNegativeFloat = 0.0
-    """From ``start`` to the first sync edge. Unknown for the real board."""
+    start_delay_s: NonNegativeFloat = 1e-4
+    """From ``start`` to the first sync edge. Unknown for the real board; not 0, as no edge comes while the call is made."""
 
 
 class SimulatedModulator:

@@ -1,0 +1,85 @@
+"""The [scene] table, and how it is found."""
+
+import tomllib
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
+import pytest
+from pydantic import ValidationError
+
+from sim_backends.bench import OpticalBench, SceneSettings
+from sim_backends.bench.plugin import plugin
+from sim_backends.bench.settings import NoNoise, PhotonNoise, PixelNoise
+
+FULL = """
+object = "bars"
+object_height_px = 40
+start_px = [30.0, 31.5]
+trajectory = "path.csv"
+object_at_mm = 5.0
+px_per_mm = 7.2
+axis_angle_deg = 44.0
+light_level = 0.8
+led_drift_per_s = -0.01
+background = "letter-T"
+background_px = [90, 30]
+background_level = 0.25
+edge_loss = 0.01
+mirror_transition_s = 4e-6
+sync_jitter_s = 1e-8
+noise = { kind = "poisson", peak_counts = 250, dark_rate_hz = 600, dead_time_s = 2e-8, seed = 7 }
+faults = [
+    { kind = "drop-edge", picture = 5 },
+    { kind = "double-edge", picture = 6, after_s = 3e-6 },
+    { kind = "stall", picture = 7 },
+    { kind = "surplus-edges", edges = 2 },
+]
+realtime = true
+"""
+
+
+def test_a_table_with_every_key_is_read() -> None:
+    scene = SceneSettings.model_validate(tomllib.loads(FULL))
+    assert scene.noise == PhotonNoise(kind="poisson", peak_counts=250, dark_rate_hz=600, dead_time_s=2e-8, seed=7)
+    assert [fault.kind for fault in scene.faults] == ["drop-edge", "double-edge", "stall", "surplus-edges"]
+    assert set(tomllib.loads(FULL)) == set(SceneSettings.model_fields)
+
+
+def test_an_empty_table_is_a_noise_free_letter() -> None:
+    scene = SceneSettings.model_validate({})
+    assert scene.object == "letter-B"
+    assert scene.noise == NoNoise()
+
+
+def test_the_published_noise_is_sigma_of_a_tenth() -> None:
+    scene = SceneSettings.model_validate({"noise": {"kind": "pixel"}})
+    assert scene.noise == PixelNoise(kind="pixel", sigma=0.1, seed=0)
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        {"objekt": "letter-B"},
+        {"noise": {"kind": "gauss"}},
+        {"noise": {"kind": "pixel", "peak_counts": 3}},
+        {"noise": {"kind": "poisson", "seed": -1}},
+        {"noise": {"kind": "poisson", "dead_time_s": 20}},
+        {"light_level": 0},
+        {"edge_loss": 0.3},
+        {"px_per_mm": -7.2},
+        {"start_px": [1.0]},
+        {"faults": [{"kind": "explode", "picture": 1}]},
+        {"faults": [{"kind": "stall"}]},
+        {"sync_jitter_s": float("nan")},
+    ],
+)
+def test_unknown_keys_and_impossible_values_are_refused(table: dict[str, object]) -> None:
+    with pytest.raises(ValidationError):
+        SceneSettings.model_validate(table)
+
+
+def test_the_plug_in_is_found_by_its_entry_point_and_opens_a_bench() -> None:
+    found = EntryPoint("optical-bench", "sim_backends.bench.plugin:plugin", "kinopix.scenes").load()
+    assert found is plugin
+    assert plugin.settings is SceneSettings
+    assert isinstance(plugin.open(SceneSettings(), Path()), OpticalBench)
