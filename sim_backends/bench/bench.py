@@ -15,6 +15,7 @@ from sim_backends.bench.image import AreaImage
 from sim_backends.bench.light import LightPath, Optics
 from sim_backends.bench.motion import Displacement, Position, StageMotion, Trajectory
 from sim_backends.bench.noise import measure
+from sim_backends.bench.objects import BUILT_INS
 from sim_backends.bench.settings import PhotonNoise, SceneSettings
 from sim_backends.bench.sync import SyncLine, overlap, sync_line
 
@@ -67,6 +68,8 @@ class _Run:
     """A projection with everything that depends on it alone."""
 
     projection: Projection
+    scene: AreaImage
+    image_size: int
     sync: SyncLine
     edge_s: Floats
     path: LightPath
@@ -114,7 +117,6 @@ class OpticalBench:
         settings, size = self.settings, grid.image_size
         with self._lock:
             self._grid = grid
-            self._px_per_mm = settings.px_per_mm or 7.2 * size / 128
             self._scene = load_object(
                 settings.object,
                 self._folder,
@@ -135,13 +137,14 @@ class OpticalBench:
         settings = self.settings
         if settings.background is None:
             return None
+        built_in = settings.background in BUILT_INS
         return load_object(
             settings.background,
             self._folder,
             key="background",
             image_size=image_size,
-            height_px=settings.object_height_px,
-            centre_px=settings.background_px or (0.75 * image_size, 0.25 * image_size),
+            height_px=settings.object_height_px if built_in else None,
+            centre_px=settings.background_px or ((0.75 * image_size, 0.25 * image_size) if built_in else None),
         )
 
     # The stage's side
@@ -164,11 +167,12 @@ class OpticalBench:
         whole = int(np.searchsorted(run.edge_s, now_s)) // _STRETCH
         run.known.intersection_update(range(whole))
 
-    def _displacement(self) -> Displacement:
+    def _displacement(self, image_size: int) -> Displacement:
         """How the object moves, by what is known now."""
         if self._trajectory is not None:
             return Trajectory(*self._trajectory)
-        return StageMotion(self._carried, self._px_per_mm, self.settings.axis_angle_deg, self._origin_mm or 0.0)
+        px_per_mm = self.settings.px_per_mm or 7.2 * image_size / 128
+        return StageMotion(self._carried, px_per_mm, self.settings.axis_angle_deg, self._origin_mm or 0.0)
 
     def _fix_origin(self, first_edge_s: float) -> None:
         """The first run finds the object where it was drawn; later runs keep that place on the stage."""
@@ -200,14 +204,26 @@ class OpticalBench:
             scale = self._counts_per_light(first_edge_s)
             edge_s = projection.start_s + sync.phase * picture_s
             bins = max(0, len(edge_s) - 1)
-            self._run = _Run(projection, sync, edge_s, path, first_edge_s, scale, self._no_counts(bins), set())
+            self._run = _Run(
+                projection,
+                self._scene,
+                self._grid.image_size,
+                sync,
+                edge_s,
+                path,
+                first_edge_s,
+                scale,
+                self._no_counts(bins),
+                set(),
+            )
             self._dark_s = math.inf
 
     def _counts_per_light(self, first_edge_s: float) -> float:
         noise = self.settings.noise
         if not isinstance(noise, PhotonNoise):
             return 1.0
-        (dx, dy), size = self._displacement().at(first_edge_s, np.zeros(1))[0], self._grid.image_size
+        size = self._grid.image_size
+        dx, dy = self._displacement(size).at(first_edge_s, np.zeros(1))[0]
         total = float(self._scene.on_grid(dx, dy, size, 1.0).sum())
         if total <= 0:
             raise InputError(
@@ -317,7 +333,7 @@ class OpticalBench:
         picture = np.arange(first, min(len(projection.play_order), math.ceil(end[-1])))
         middle_s = (picture.astype(np.float64) + 0.5) * projection.picture_time_s + projection.sync_delay_s
         seen = run.path.of(
-            projection.play_order[picture], self._displacement().at(run.first_edge_s, middle_s), middle_s
+            projection.play_order[picture], self._displacement(run.image_size).at(run.first_edge_s, middle_s), middle_s
         )
         light = seen.light
         if transition:
@@ -335,8 +351,8 @@ class OpticalBench:
         """
         with self._lock:
             run = self._shown("the truth")
-            at_px = self._displacement().at(run.first_edge_s, np.asarray(time_s, np.float64))
-            image = self._scene.on_grid(float(at_px[0, 0]), float(at_px[0, 1]), self._grid.image_size, 1.0)
+            at_px = self._displacement(run.image_size).at(run.first_edge_s, np.asarray(time_s, np.float64))
+            image = run.scene.on_grid(float(at_px[0, 0]), float(at_px[0, 1]), run.image_size, 1.0)
             return Truth(at_px - at_px[0], image)
 
 

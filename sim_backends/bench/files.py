@@ -32,9 +32,9 @@ def load_object(
         folder: folder of bench.toml.
         key: for error messages.
         image_size: pixels a side of the image.
-        height_px: height of a built-in; None: 36 px in 128.
-        centre_px: column and row of a built-in's centre; None: a quarter of the image from its upper left corner,
-            the drawing's cells on whole pixels.
+        height_px: height of the object; None: 36 px in 128 for a built-in, the longer side fills the image for a file.
+        centre_px: column and row of its centre; None: for a built-in a quarter of the image from the upper left corner,
+            with its cells on whole pixels, for a file the middle of the image.
 
     Raises:
         InputError: no such built-in or file, not a picture, values outside 0 to 1, or no light at all.
@@ -48,9 +48,10 @@ def load_object(
             return AreaImage(drawing.cells, drawing.cell_px, left, top)
         return AreaImage(drawing.cells, drawing.cell_px, centre_px[0] - width / 2, centre_px[1] - height / 2)
     cells = _load_cells(folder / name, f"[scene] {key}")
-    cell_px = image_size / max(cells.shape)
+    cell_px = image_size / max(cells.shape) if height_px is None else height_px / len(cells)
     height, width = (side * cell_px for side in cells.shape)
-    return AreaImage(cells, cell_px, (image_size - width) / 2, (image_size - height) / 2)
+    x_px, y_px = centre_px or (image_size / 2, image_size / 2)
+    return AreaImage(cells, cell_px, x_px - width / 2, y_px - height / 2)
 
 
 def _load_cells(path: Path, key: str) -> Floats:

@@ -105,12 +105,13 @@ class SceneSettings(Frozen):
     """A built-in name, or a path relative to bench.toml: PNG (grey 0 to white) or NPY (transmission 0 to 1)."""
 
     object_height_px: PositiveFloat | None = None
-    """Height of a built-in letter or shape; None: 36 px in a 128 px image, in proportion otherwise."""
+    """Height of the object where it is not displaced. None: for a built-in 36 px in a 128 px image, in proportion
+    otherwise; for a file the longer side of the picture fills the image."""
 
     start_px: tuple[FiniteFloat, FiniteFloat] | None = None
-    """Column and row of a built-in object's centre where it is not displaced; None: a quarter of the image from the
-    upper left corner, from where the standard motion takes it along the diagonal to three quarters. An object from a
-    file has its place from the file: the longer side of the picture fills the image."""
+    """Column and row of the object's centre where it is not displaced. None: for a built-in a quarter of the image from
+    the upper left corner, from where the standard motion takes it along the diagonal to three quarters; for a file the
+    middle of the image."""
 
     trajectory: str | None = None
     """Path of a CSV ``t_s,x_px,y_px`` that replaces the stage's motion; t = 0 is the run's first sync edge."""
@@ -135,7 +136,8 @@ class SceneSettings(Frozen):
     """A built-in name or a path, as ``object``: what stands still beside the object."""
 
     background_px: tuple[FiniteFloat, FiniteFloat] | None = None
-    """Column and row of a built-in background's centre; None: the upper right quarter, beside the diagonal."""
+    """Column and row of the background's centre. None: for a built-in the upper right quarter, beside the diagonal; for
+    a file the middle of the image, which it fills."""
 
     background_level: NonNegativeFloat = 1.0
     """A factor on the background's transmission."""

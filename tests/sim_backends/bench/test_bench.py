@@ -221,6 +221,17 @@ def test_truth_is_relative_to_the_first_time_asked_and_shows_the_object_there(tm
     assert (truth.image[3, 7], truth.image[4, 7]) == (0.5, 0.5)
 
 
+def test_the_truth_of_the_last_run_does_not_change_with_the_next_grid(tmp_path: Path) -> None:
+    bench = bench_with(tmp_path, object=save(tmp_path, dot(4, 5)))
+    bench.carry(lambda clock_s: clock_s)
+    show(bench, [all_on()])
+    before = bench.truth(np.array([0.0, 1.0]))
+    bench.use_grid(PixelGrid(image_size=2 * SIZE, superpixel=1))
+    after = bench.truth(np.array([0.0, 1.0]))
+    assert before.image.tolist() == after.image.tolist()
+    assert before.displacement_px.tolist() == after.displacement_px.tolist()
+
+
 # Counts
 
 

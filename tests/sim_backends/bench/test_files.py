@@ -44,6 +44,15 @@ def test_the_longer_side_of_a_picture_fills_the_image_and_the_rest_is_dark(tmp_p
     assert field.sum() == 32.0
 
 
+def test_a_picture_can_be_made_smaller_and_put_elsewhere(tmp_path: Path) -> None:
+    np.save(tmp_path / "tall.npy", np.ones((4, 2)))
+    image = load_object("tall.npy", tmp_path, key="object", image_size=16, height_px=6.0, centre_px=(4.0, 5.0))
+    assert (image.cell_px, image.left_px, image.top_px) == (1.5, 2.5, 2.0)
+    field = image.on_grid(0.0, 0.0, 16, 1.0)
+    assert field.sum() == pytest.approx(18.0)
+    assert field[2:8, 3:5].min() == 1.0
+
+
 def test_a_built_in_stands_on_whole_pixels_in_the_upper_left_quarter(tmp_path: Path) -> None:
     image = load(tmp_path, "letter-B", size=128)
     assert (image.left_px, image.top_px) == (18, 14)
