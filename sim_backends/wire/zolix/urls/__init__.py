@@ -1,0 +1,1 @@
+"""Handlers that pyserial finds by module name, one a URL scheme."""

@@ -1,0 +1,139 @@
+"""The numbers of ka400z.md 5.1 and 2, and paths against the framework's own profile."""
+
+import hypothesis.strategies as st
+import numpy as np
+import pytest
+from hypothesis import given
+
+from protocols import MotionProfile
+from sim_backends.wire.zolix import Mc600Settings
+from sim_backends.wire.zolix.axis import Axis
+from sim_backends.wire.zolix.motion import Cut, Leg, Path, Rates, Trapezoid, cut_at
+
+
+@pytest.mark.parametrize(
+    ("distance_mm", "duration_s", "peak_mm_s"),
+    [
+        (0.1, 0.0894, 2.236),
+        (1, 0.2828, 7.071),
+        (5, 0.6325, 15.81),
+        (10, 0.8944, 22.36),
+        (12.5, 1.000, 25),
+        (25, 1.500, 25),
+        (50, 2.500, 25),
+        (100, 4.500, 25),
+        (200, 8.500, 25),
+        (400, 16.500, 25),
+    ],
+)
+def test_durations_and_peaks_are_those_of_the_table(distance_mm: float, duration_s: float, peak_mm_s: float) -> None:
+    """25 mm/s, 50 mm/s^2, no initial speed."""
+    move = Trapezoid(distance_mm, Rates(25, 0, 50))
+    assert move.duration_s == pytest.approx(duration_s, abs=5e-5)
+    assert move.speed(move.duration_s / 2) == pytest.approx(peak_mm_s, abs=5e-3)
+
+
+@pytest.mark.parametrize(("distance_mm", "duration_s"), [(10, 0.800), (100, 4.405), (400, 16.405)])
+def test_an_initial_speed_shortens_the_ramps(distance_mm: float, duration_s: float) -> None:
+    """The sheet's values for v0 = 2.5 mm/s."""
+    assert Trapezoid(distance_mm, Rates(25, 2.5, 50)).duration_s == pytest.approx(duration_s, abs=5e-4)
+
+
+def test_cruise_lags_constant_velocity_by_6_25_mm() -> None:
+    """v^2 / 2a = 6.25 mm, ramp time 0.5 s (5.1)."""
+    way = Trapezoid(100, Rates(25, 0, 50)).way(np.array([0.5, 2.0]))
+    np.testing.assert_allclose(way, [6.25, 2.0 * 25 - 6.25])
+
+
+@given(
+    distance=st.floats(-400, 400).filter(lambda way: abs(way) > 1e-3),
+    velocity=st.floats(0.5, 50),
+    initial=st.floats(0, 60),
+    part=st.floats(-0.2, 1.2),
+)
+def test_a_move_is_that_of_the_framework(distance: float, velocity: float, initial: float, part: float) -> None:
+    """Two implementations of the same formulas agree at any moment."""
+    mine = Trapezoid(distance, Rates(velocity, initial, 50))
+    profile = MotionProfile(velocity_mm_s=velocity, initial_velocity_mm_s=min(initial, velocity), acceleration_mm_s2=50)
+    assert mine.duration_s == pytest.approx(profile.duration_s(distance), rel=1e-9)
+    elapsed_s = part * mine.duration_s
+    way = float(mine.way(np.array([elapsed_s]))[0])
+    assert way == pytest.approx(profile.travelled_mm(distance, elapsed_s), abs=1e-8)
+
+
+def test_a_lead_of_4_mm_gives_400_pulses_a_millimetre() -> None:
+    """The table of section 2, 8 microsteps; 320 for a lead of 5 mm."""
+    assert Mc600Settings(lead_mm=4).pulses_per_mm == 400
+    assert Mc600Settings(lead_mm=5).pulses_per_mm == 320
+
+
+def test_a_stop_from_cruise_takes_half_a_second_and_6_25_mm() -> None:
+    """25 mm/s down at 50 mm/s^2, in pulses of 2.5 um."""
+    axis = Axis(low=-200_000, high=200_000, start=0)
+    rates = Rates(10_000, 0, 20_000)
+    axis.move(0.0, 40_000, rates)
+    axis.stop(2.0, rates, decelerate=True)
+    assert axis.end_s == pytest.approx(2.5)
+    assert axis.reported(9.0) == (2 * 25 - 6.25 + 6.25) * 400 == axis.target
+
+
+def test_an_abrupt_stop_stands_at_once() -> None:
+    """No further way."""
+    axis = Axis(low=-200_000, high=200_000, start=0)
+    axis.move(0.0, 40_000, Rates(10_000, 0, 20_000))
+    axis.stop(2.0, Rates(10_000, 0, 20_000), decelerate=False)
+    assert (axis.end_s, axis.reported(9.0)) == (2.0, 17_500)
+
+
+def test_a_limit_switch_ends_a_move_and_lets_go_only_the_other_way() -> None:
+    """3E: abrupt stop at the limit, then motion only away from it."""
+    axis = Axis(low=-100, high=1000, start=0)
+    axis.move(0.0, 5000, Rates(1000, 0, 1000))
+    assert axis.reported(10.0) == 1000
+    assert axis.end_s == pytest.approx(1.5)
+    assert (axis.blocked(10.0, 1), axis.blocked(10.0, -1)) == (True, False)
+    stuck = Axis(low=-100, high=1000, start=1000, limit_sticks=True)
+    assert stuck.blocked(0.0, -1)
+
+
+def test_a_stalled_motor_stands_while_the_counter_goes_on() -> None:
+    """Half of 1000 pulses are done, all of them are counted."""
+    axis = Axis(low=-10_000, high=10_000, start=0)
+    axis.move(0.0, 1000, Rates(1000, 0, 1000), stall_at=0.5)
+    assert (axis.reported(9.0), axis.carriage.now(9.0)) == (1000, 500)
+    axis.move(10.0, -1000, Rates(1000, 0, 1000))
+    assert (axis.reported(19.0), axis.carriage.now(19.0)) == (0, -500)
+
+
+@pytest.mark.parametrize(("direction", "way"), [("direct", 300), ("negative", 1300 + 1000), ("positive", 1700 + 2000)])
+def test_homing_ends_with_carriage_and_counter_at_zero(direction: str, way: int) -> None:
+    """From 300, with limits at -1000 and 2000, at 100 pulses a second without ramps."""
+    axis = Axis(low=-1000, high=2000, start=300)
+    axis.home(5.0, Rates(100, 100, 1e6), direction, None)  # type: ignore[arg-type]
+    assert axis.end_s - 5.0 == pytest.approx(way / 100)
+    assert (axis.reported(axis.end_s), axis.carriage.now(axis.end_s), axis.homed) == (0, 0, True)
+    timed = Axis(low=-1000, high=2000, start=300)
+    timed.home(5.0, Rates(100, 100, 1e6), direction, 7.0)  # type: ignore[arg-type]
+    assert timed.end_s == pytest.approx(12.0)
+
+
+def test_a_homing_that_was_stopped_has_not_homed() -> None:
+    """The counter keeps its old meaning."""
+    axis = Axis(low=-1000, high=1000, start=300)
+    axis.home(0.0, Rates(100, 100, 100), "direct", None)
+    axis.stop(1.0, Rates(100, 100, 100), decelerate=True)
+    assert (axis.homed, axis.reported(9.0), axis.carriage.now(9.0)) == (False, -100, 200)
+
+
+@given(way=st.floats(0.01, 99.9))
+def test_a_cut_motion_has_gone_just_so_far(way: float) -> None:
+    """Bisection finds the moment for any way."""
+    cut = cut_at(Trapezoid(-100, Rates(25, 1, 50)), way)
+    assert isinstance(cut, Cut)
+    assert float(cut.way(np.array([1e9]))[0]) == pytest.approx(-way, abs=1e-6)
+
+
+def test_a_path_forgets_what_an_interruption_cancels() -> None:
+    """A leg from 1 s on replaces what was to begin at 2 s."""
+    path = Path((Leg(0.0, 1.0), Leg(2.0, 5.0))).then(Leg(1.0, 3.0))
+    np.testing.assert_array_equal(path.at(np.array([-1.0, 0.5, 1.0, 2.5])), [1, 1, 3, 3])
