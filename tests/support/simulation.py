@@ -109,14 +109,15 @@ def _row_products(down: Floats, across: Floats, image: Floats, place: Floats) ->
 
 def _moved_back(rows: Floats, place: Floats) -> Floats:
     """Each row r(x) as r(x + d), zero from outside, linear between pixels."""
-    size = rows.shape[1]
+    size: int = rows.shape[1]
     whole = np.floor(place).astype(np.int64)
     wide = np.pad(rows, ((0, 0), (1, 1)))
-    frame = np.arange(len(rows))[:, None]
+    frame, column = np.arange(len(rows))[:, None], np.arange(size)
 
     def at(offset: int) -> Floats:
-        index: Integers = np.arange(size) + whole[:, None] + (offset + 1)
-        picked: Floats = wide[frame, np.minimum(np.maximum(index, 0), size + 1)]
+        index: Integers = np.add.outer(whole, column + (offset + 1))
+        inside = (index >= 0) & (index <= size + 1)
+        picked: Floats = wide[frame, np.where(inside, index, 0)]
         return picked
 
     part = (place - whole)[:, None]
