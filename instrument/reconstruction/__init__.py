@@ -1,0 +1,22 @@
+"""The image of an object that moved: structured rows, total variation, ghost imaging, inverse transform."""
+
+from instrument.reconstruction.conventional import inverse_hadamard
+from instrument.reconstruction.dgi import ghost_image
+from instrument.reconstruction.operator import Operator, ShiftedHadamard, Weighted
+from instrument.reconstruction.reconstruct import Method, Reconstruction, reconstruct
+from instrument.reconstruction.region import Region
+from instrument.reconstruction.tv import TvState, total_variation
+
+__all__ = [
+    "Method",
+    "Operator",
+    "Reconstruction",
+    "Region",
+    "ShiftedHadamard",
+    "TvState",
+    "Weighted",
+    "ghost_image",
+    "inverse_hadamard",
+    "reconstruct",
+    "total_variation",
+]

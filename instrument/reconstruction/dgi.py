@@ -1,0 +1,24 @@
+"""Differential ghost imaging: a quick image without a solver."""
+
+import numpy as np
+
+from instrument.reconstruction.operator import Operator, Singles
+
+
+def ghost_image(operator: Operator, values: Singles, pattern_sum: Singles) -> Singles:
+    """Correlate values with patterns: G(x) = <B P(x)> - (<B> / <R>) <R P(x)>.
+
+    Args:
+        operator: rows P, as the object saw them: shifted by its displacement.
+        values: ``(rows,)`` B.
+        pattern_sum: ``(rows,)`` R, the light of each pattern without an object.
+
+    Returns:
+        ``(height, width)``, in units of B times P: no scale of its own.
+
+    References:
+        F. Ferri et al., Phys. Rev. Lett. 104 (2010) 253603, equation 8.
+    """
+    ratio = values.mean() / pattern_sum.mean()
+    weight = ((values - ratio * pattern_sum) / np.float32(max(1, len(values)))).astype(np.float32)
+    return operator.rmatvec(weight).reshape(operator.image_shape)

@@ -1,0 +1,115 @@
+"""From a recording and the object's motion to its sharp image."""
+
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from instrument.reconstruction.conventional import inverse_walsh
+from instrument.reconstruction.dgi import ghost_image
+from instrument.reconstruction.operator import ShiftedHadamard
+from instrument.reconstruction.region import Region
+from instrument.reconstruction.rows import NEGATIVE, POSITIVE, Measurement, as_trajectory, places_px
+from instrument.reconstruction.tv import total_variation
+from instrument.recording import Recording
+from instrument.tracking import Trajectory
+from protocols import Floats
+
+Method: TypeAlias = Literal["tv", "tv-bregman", "dgi", "conventional"]
+
+_STRENGTH = {"tv": 3.0, "tv-bregman": 5.0}
+
+
+@dataclass(frozen=True, eq=False)
+class Reconstruction:
+    """The image of the object where it was in frame 0. As an array it is ``image``."""
+
+    image: Floats
+    """``(image_size, image_size)``, row = y (down), column = x. Transmission 0 to 1 where values count lit pixels; of a photon
+    counter, which has no absolute scale, the brightest pixel is 1."""
+
+    method: str
+    """How it was made."""
+
+    gain: float
+    """Value units (photons) for one pixel of ``image`` = 1 and one pattern; 1 where the image is on the values' own scale."""
+
+    noise: float
+    """Standard deviation of a single value, rms over frames, in its own units."""
+
+    misfit: float
+    """RMS of what the image leaves unexplained, over the noise: about 1 where motion and image are right."""
+
+    iterations: int
+    """Of the solver; 0 where there is none."""
+
+    region: Region
+    """Where the image may differ from 0."""
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:  # noqa: FBT001  (numpy's own signature)
+        """Give ``image``, as numpy asks for it."""
+        return np.array(self.image, dtype=dtype, copy=copy)
+
+
+def reconstruct(
+    recording: Recording,
+    motion: Trajectory | Floats,
+    method: Method = "tv",
+    *,
+    region: bool = True,
+    strength: float | None = None,
+) -> Reconstruction:
+    """Reconstruct the image at frame 0.
+
+    Args:
+        recording: of the six-pattern scheme. Frames that are not valid are left out.
+        motion: what ``track`` gave, or ``(frames, 2)`` displacements (x, y) in px in the middle of each frame.
+        method: ``tv``, least total variation with found edges freed; ``tv-bregman``, with a Bregman step instead; ``dgi``,
+            differential ghost imaging; ``conventional``, the inverse Hadamard transform, which ignores the motion.
+        region: whether the object stays inside the field in every frame. Then only pixels it can occupy are solved for, and
+            values are divided by the smoothed total light. Without it all pixels are, and the light is taken as steady.
+        strength: of the smoothing, in units of the noise; None takes 3 for ``tv`` and 5 for ``tv-bregman``.
+
+    Raises:
+        InputError: no valid frame, displacements of another shape, or a way too long for the field.
+    """
+    measurement = Measurement.of(recording, steady_object=region)
+    trajectory = as_trajectory(motion, recording)
+    places = places_px(trajectory, recording, measurement)
+    size = measurement.size
+    area = Region.inside(places.reshape(-1, 2), size) if region else Region.whole(size)
+    misfit, iterations = float("nan"), 0
+    if method == "dgi":
+        image = area.paste(_ghost(measurement, places, area), size)
+    elif method == "conventional":
+        area = Region.whole(size)
+        image = inverse_walsh(measurement.difference, measurement.pairs, size)
+    else:
+        rows, values = measurement.hadamard(places, area)
+        strength = _STRENGTH[method] if strength is None else strength
+        steps = 1 if method == "tv-bregman" else 0
+        state = total_variation(rows, values, strength=strength, reweightings=1 - steps, bregman_steps=steps)
+        image = area.paste(state.image.astype(np.float64), size)
+        misfit, iterations = state.misfit, state.iterations
+    gain = float(image.max()) if recording.photon_counts and image.max() > 0 else 1.0
+    noise = float(np.sqrt(np.mean(measurement.variance)))
+    return Reconstruction(image / gain, method, gain, noise, misfit, iterations, area)
+
+
+def _ghost(measurement: Measurement, places: Floats, area: Region) -> Floats:
+    """Differential ghost image of both patterns of each pair, with the gain that explains the differences best."""
+    pairs, size = measurement.pairs, measurement.size
+    image = np.zeros(area.shape)
+    lit = np.where((pairs == 0).all(axis=1), size**2, size**2 / 2)
+    for column, sign, pattern_sum in ((POSITIVE, 1.0, lit), (NEGATIVE, -1.0, size**2 - lit)):
+        field = ShiftedHadamard.single(np.zeros_like(pairs), places[:, column], size, area)
+        signs = ShiftedHadamard.single(pairs, places[:, column], size, area)
+        down = np.concatenate([0.5 * field.down, 0.5 * sign * signs.down]).astype(np.float32)
+        patterns = ShiftedHadamard(down, np.concatenate([field.across, signs.across]))
+        values = measurement.values[:, column].astype(np.float32)
+        image += ghost_image(patterns, values, pattern_sum.astype(np.float32))
+    rows, values = measurement.hadamard(places, area)
+    explained = rows.matvec(image.astype(np.float32).ravel())
+    power = float(np.vdot(explained, explained))
+    return image * (float(np.vdot(explained, values)) / power if power > 0 else 0.0)

@@ -1,0 +1,65 @@
+"""The part of the field that an object can occupy while it stays inside the field."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from protocols import Floats, InputError
+
+_SMALLEST_PX = 4
+
+
+@dataclass(frozen=True)
+class Region:
+    """A rectangle of whole image pixels."""
+
+    top: int
+    left: int
+    height: int
+    width: int
+
+    @classmethod
+    def whole(cls, size: int) -> Self:
+        """The whole field of ``size`` pixels a side."""
+        return cls(0, 0, size, size)
+
+    @classmethod
+    def inside(cls, displacement_px: Floats, size: int) -> Self:
+        """Where an object lies in frame 0 that every displacement leaves inside the field.
+
+        Along each axis that is from max(0, -min d) to size - max(0, max d), widened to whole pixels.
+
+        Args:
+            displacement_px: ``(n, 2)`` x, y relative to frame 0.
+            size: pixels a side of the field.
+
+        Raises:
+            InputError: so long a way leaves no room for an object.
+        """
+        low = np.maximum(0.0, -displacement_px.min(axis=0))
+        high = size - np.maximum(0.0, displacement_px.max(axis=0))
+        left, top = np.floor(low).astype(int).tolist()
+        right, bottom = np.ceil(high).astype(int).tolist()
+        if min(right - left, bottom - top) < _SMALLEST_PX:
+            raise InputError(
+                saw=f"displacements of {np.ptp(displacement_px, axis=0).round(1).tolist()} px (x, y) in a field of {size} px",
+                expected="an object that stays inside the field all the time",
+                remedy="pass region=False, or record fewer frames a run",
+            )
+        return cls(top, left, bottom - top, right - left)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width."""
+        return self.height, self.width
+
+    def cut(self, image: Floats) -> Floats:
+        """Give the part of ``image`` (``(size, size)``) inside this region."""
+        return image[self.top : self.top + self.height, self.left : self.left + self.width]
+
+    def paste(self, part: Floats, size: int) -> Floats:
+        """Give ``(size, size)`` of zeros with ``part`` where this region lies."""
+        image = np.zeros((size, size))
+        image[self.top : self.top + self.height, self.left : self.left + self.width] = part
+        return image

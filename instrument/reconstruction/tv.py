@@ -1,0 +1,205 @@
+"""Non-negative image of least total variation that explains the values within their noise."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from instrument.reconstruction.operator import Operator, Singles, largest_eigenvalue
+from protocols import Floats
+
+_LOOK_EVERY = 10
+_ABOVE = 1.05  # the power method approaches the largest eigenvalue from below
+_BALANCE = 3.0  # of the dual step to the primal one: fastest on letters, grey shapes and bars between 2 and 4
+_RELAXATION = 1.6  # below 2 - 1 / (2 balance), the limit for convergence
+_EDGE = 0.2  # jump, in typical transmissions, at which an edge is freed of half its penalty
+_LEAST_STRENGTH = 0.02  # lambda over eigenvalue and brightest pixel of A'b: below, first-order methods crawl
+_MOST_STEPS = 12
+_EXPLAINED = 1.05
+
+
+@dataclass(frozen=True, eq=False)
+class TvState:
+    """Where the solver stands: the image, and what a warm start needs."""
+
+    image: Singles
+    """``(height, width)``."""
+
+    dual: Singles
+    """``(2, height, width)``: dual variable of the gradient, divided by ``eigenvalue``."""
+
+    eigenvalue: float
+    """Upper bound of A'A of the whitened rows."""
+
+    misfit: float
+    """Root mean square of the residual in units of the noise: about 1 where the image explains the values."""
+
+    iterations: int
+    """Spent in all."""
+
+
+def total_variation(
+    operator: Operator,
+    values: Singles,
+    *,
+    strength: float = 3.0,
+    reweightings: int = 1,
+    bregman_steps: int = 0,
+    tolerance: float = 0.02,
+    iterations: int = 150,
+    start: TvState | None = None,
+) -> TvState:
+    """Minimise 1/2 ||A x - b||^2 + lambda sum w |grad x| over x >= 0, by the primal-dual method.
+
+    The rows must be whitened: noise of variance 1 on each value. lambda is ``strength`` times the noise of a pixel of A'b
+    (standard deviation, rms over pixels): for Hadamard rows of noise sigma sqrt(2), that is strength sqrt(rows / 2) / sigma.
+    The gradient is of forward differences, free at the image's border, its norm isotropic.
+
+    Total variation lowers contrast. Two ways undo it. *Reweighting* solves again with w = e / (|grad x| + e), so that edges
+    found are no longer penalised; e is 0.2 of the typical transmission. A *Bregman step* adds the residual to the values and
+    solves again. Reweighting gains 2 to 3 dB over a Bregman step on shapes, nothing on the finest bars.
+
+    Where the noise is so small that lambda would make the iteration crawl, a larger lambda is taken, with as many Bregman steps
+    as it takes (up to 12) to explain the values within their noise.
+
+    A solution is done when in ten iterations the predicted values change by less than ``tolerance`` of their noise (rms).
+
+    Args:
+        operator: A, whitened.
+        values: ``(rows,)`` b, whitened.
+        strength: larger is smoother; 3 with reweighting, 4 to 6 with Bregman steps alone.
+        reweightings: solutions with edges freed, after a plain one.
+        bregman_steps: solutions after those, with the residual added.
+        tolerance: see above.
+        iterations: at most so many for each solution.
+        start: where an earlier call with similar rows ended. The plain solution is then left out if edges are freed.
+
+    References:
+        L. Condat, J. Optim. Theory Appl. 158 (2013) 460, algorithm 3.1; B. C. Vu, Adv. Comput. Math. 38 (2013) 667.
+        E. J. Candes, M. B. Wakin, S. P. Boyd, J. Fourier Anal. Appl. 14 (2008) 877 (reweighting).
+        S. Osher et al., Multiscale Model. Simul. 4 (2005) 460 (Bregman).
+    """
+    solver = _PrimalDual(operator, values, strength=strength, tolerance=tolerance, iterations=iterations, start=start)
+    if start is None or reweightings == 0:
+        solver.solve(values, edges_freed=False)
+    for _ in range(reweightings):
+        solver.solve(values, edges_freed=True)
+    target, residual = values, values - operator.matvec(solver.image.ravel())
+    for _ in range(_MOST_STEPS if solver.coarse else bregman_steps):
+        if solver.coarse and _rms(residual) < _EXPLAINED:
+            break
+        target = (target + residual).astype(np.float32)
+        solver.solve(target, edges_freed=reweightings > 0)
+        residual = values - operator.matvec(solver.image.ravel())
+    return TvState(solver.image, solver.dual, solver.eigenvalue, _rms(residual), solver.spent)
+
+
+class _PrimalDual:
+    """Over-relaxed Condat-Vu iteration on the objective divided by the eigenvalue of A'A."""
+
+    def __init__(
+        self,
+        operator: Operator,
+        values: Singles,
+        *,
+        strength: float,
+        tolerance: float,
+        iterations: int,
+        start: TvState | None,
+    ) -> None:
+        self.operator = operator
+        self.eigenvalue = largest_eigenvalue(operator) * _ABOVE if start is None else start.eigenvalue
+        shape = operator.image_shape
+        self.image = np.zeros(shape, np.float32) if start is None else start.image.copy()
+        self.dual = np.zeros((2, *shape), np.float32) if start is None else start.dual.copy()
+        self.spent = 0 if start is None else start.iterations
+        wanted = strength * _backprojected_noise(operator) / max(self.eigenvalue, 1e-30)
+        least = _LEAST_STRENGTH * float(operator.rmatvec(values).max()) / max(self.eigenvalue, 1e-30)
+        self.coarse = wanted < least
+        self.strength = max(wanted, least)
+        self.tolerance, self.iterations = tolerance, iterations
+
+    def solve(self, values: Singles, *, edges_freed: bool) -> None:
+        """Iterate from where the last solution ended."""
+        operator, image, dual = self.operator, self.image, self.dual
+        step = np.float32(1 / (0.5 + _BALANCE) / max(self.eigenvalue, 1e-30))
+        dual_step = np.float32(_BALANCE / 8)
+        pull = np.float32(1 / (0.5 + _BALANCE))
+        relaxation = np.float32(_RELAXATION)
+        radius = self._radius(edges_freed=edges_freed)
+        residual = operator.matvec(image.ravel()) - values
+        seen = residual.copy()
+        ascent = np.zeros_like(dual)
+        norm, square = np.empty_like(image), np.empty_like(image)
+        for iteration in range(1, self.iterations + 1):
+            forward = operator.rmatvec(residual).reshape(image.shape)
+            forward *= step
+            forward += pull * _divergence_adjoint(dual, square)
+            np.subtract(image, forward, out=forward)
+            np.maximum(forward, 0, out=forward)
+            change = operator.matvec(forward.ravel())
+            change -= values
+            change -= residual
+            residual += relaxation * change
+
+            np.multiply(forward, 2, out=norm)
+            norm -= image
+            _gradient(norm, ascent)
+            ascent *= dual_step
+            ascent += dual
+            np.multiply(ascent[0], ascent[0], out=norm)
+            np.multiply(ascent[1], ascent[1], out=square)
+            norm += square
+            np.sqrt(norm, out=norm)
+            norm /= radius
+            np.maximum(norm, 1, out=norm)
+            ascent /= norm
+
+            forward -= image
+            forward *= relaxation
+            image += forward
+            ascent -= dual
+            ascent *= relaxation
+            dual += ascent
+            if iteration % _LOOK_EVERY == 0:
+                self.spent += _LOOK_EVERY
+                if _rms(residual - seen) < self.tolerance:
+                    break
+                seen[:] = residual
+        np.maximum(image, 0, out=image)
+
+    def _radius(self, *, edges_freed: bool) -> Singles:
+        radius = np.full(self.image.shape, self.strength, np.float32)
+        total = float(self.image.sum())
+        if edges_freed and total > 0:
+            edge = np.float32(_EDGE * float(np.vdot(self.image, self.image)) / total)
+            slope = _gradient(self.image, np.zeros((2, *self.image.shape), np.float32))
+            radius *= edge / (np.hypot(slope[0], slope[1]) + edge)
+        return np.maximum(radius, np.float32(1e-20))
+
+
+def _gradient(image: Singles, out: Singles) -> Singles:
+    """Forward differences down and across; the last row and column of ``out`` must be 0 and stay so."""
+    np.subtract(image[1:], image[:-1], out=out[0, :-1])
+    np.subtract(image[:, 1:], image[:, :-1], out=out[1, :, :-1])
+    out[0, -1] = 0
+    out[1, :, -1] = 0
+    return out
+
+
+def _divergence_adjoint(dual: Singles, out: Singles) -> Singles:
+    """Transpose of ``_gradient``."""
+    np.negative(dual[0], out=out)
+    out[1:] += dual[0, :-1]
+    out -= dual[1]
+    out[:, 1:] += dual[1, :, :-1]
+    return out
+
+
+def _backprojected_noise(operator: Operator) -> float:
+    """Standard deviation, rms over pixels, of A'n for white noise n of variance 1: from one random draw over all pixels."""
+    noise = np.random.default_rng(0).standard_normal(operator.shape[0]).astype(np.float32)
+    return _rms(operator.rmatvec(noise))
+
+
+def _rms(values: Singles | Floats) -> float:
+    return float(np.sqrt(np.mean(np.square(values)))) if values.size else 0.0
