@@ -9,7 +9,6 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from instrument.config.check import check_table
 from instrument.config.discovery import (
-    RESERVED_KEYS,
     InstalledPlugin,
     Plugin,
     PluginBroken,
@@ -185,13 +184,13 @@ class _Search:
         if installed is None:
             return None
         driver = installed.load_driver()
-        settings = self.settings(driver.settings, table, (kind,), RESERVED_KEYS)
+        settings = self.settings(driver.settings, table, (kind,), tuple(model.model_fields))
         return None if settings is None else Resolved(installed, driver, settings, transport)
 
     def transport(self, kind: str, table: DeviceTable) -> Resolved[TransportPlugin[Any]] | None:
         where: KeyPath = (kind, "emulator")
         if table.transport is None:
-            if table.emulator is not None:
+            if table.emulator is not None and self.document.at((kind, "transport")) is None:
                 self.report(where, "settings of a transport, but no transport", f'transport = "..." in [{kind}]')
             return None
         installed = self.plugin("transport", table.transport, (kind, "transport"))
@@ -211,10 +210,15 @@ class _Search:
         return None if settings is None else Resolved(installed, scene, settings)
 
     def table(self, name: str, model: type[TableT]) -> TableT | None:
-        """The table, or None where it is missing or not even a table with its own keys right: that is reported already."""
+        """The table, without its own keys that are wrong (they are reported already); None where it is of no use at all."""
+        values: Any = self.document.values.get(name)
         try:
-            return model.model_validate(self.document.values.get(name), strict=True)
-        except ValidationError:
+            return model.model_validate(values, strict=True)
+        except ValidationError as error:
+            wrong = {detail["loc"][0] for detail in error.errors() if detail["loc"]}
+        try:
+            return model.model_validate({key: value for key, value in values.items() if key not in wrong}, strict=True)
+        except (ValidationError, AttributeError):  # no driver; no table
             return None
 
     def plugin(self, kind: PluginKind, name: str, where: KeyPath) -> InstalledPlugin | None:

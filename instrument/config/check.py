@@ -65,19 +65,34 @@ class _Place:
 
     def problem(self, detail: dict[str, Any]) -> Problem:
         """One of pydantic's findings, with place and suggestion."""
-        path = self.real_path(detail)
-        where = (*self.table, *path)
-        if detail["type"] == "extra_forbidden":
+        path, kind = self.real_path(detail), str(detail["type"])
+        if kind == "extra_forbidden":
             saw, expected, suggestion = self.unknown_key(path)
-        elif detail["type"] == "missing":
+        elif kind in {"missing", "union_tag_not_found"}:
             saw, expected, suggestion = self.missing_key(path)
+        elif kind == "value_error":
+            path, saw, expected, suggestion = self.broken_rule(path, str(detail["msg"]))
         else:
-            value = self.document.at(where)
-            choices = re.findall(r"'([^']*)'", str(detail.get("ctx", {}).get("expected", "")))
-            saw, expected = _shown(value), _expected(str(detail["msg"]))
-            suggestion = suggest_value(value, choices) if isinstance(value, str) else ""
+            saw, expected, suggestion = self.bad_value(path, detail)
+        where = (*self.table, *path)
         key = ".".join(str(part) for part in where)
         return Problem(self.document.path, self.document.line_of(where), key, saw, expected, suggestion)
+
+    def bad_value(self, path: KeyPath, detail: dict[str, Any]) -> tuple[str, str, str]:
+        value, context = self.value(path), detail.get("ctx", {})
+        choices = str(context.get("expected_tags") or context.get("expected") or "")
+        suggestion = suggest_value(value, re.findall(r"'([^']*)'", choices)) if isinstance(value, str) else ""
+        if "expected_tags" in context:
+            return _shown(value), f"one of {choices}", suggestion
+        return _shown(value), _expected(str(detail["msg"])), suggestion
+
+    def broken_rule(self, path: KeyPath, message: str) -> tuple[KeyPath, str, str, str]:
+        """A validator of the model's own; its message may begin with the key that it is about."""
+        message = message.removeprefix("Value error, ")
+        about = message.split(maxsplit=1)[0]
+        if about in self.keys_beside((*path, about)):
+            path = (*path, about)
+        return path, _shown(self.value(path)), "another value", message
 
     def unknown_key(self, path: KeyPath) -> tuple[str, str, str]:
         known = [*fields_at(self.model, path[:-1]), *(self.reserved if len(path) == 1 else ())]
@@ -91,17 +106,23 @@ class _Place:
         near = [key for key in self.keys_beside(path) if key not in known and suggest_key(key, [name])]
         return "nothing", f"a value for {name}", f"is {near[0]} meant to be {name}?" if near else ""
 
+    def value(self, path: KeyPath) -> object:
+        return self.document.at((*self.table, *path))
+
     def keys_beside(self, path: KeyPath) -> list[str]:
-        beside: object = self.document.at((*self.table, *path[:-1]))
+        beside = self.value(path[:-1])
         return [str(key) for key in cast("dict[str, Any]", beside)] if isinstance(beside, dict) else []
 
     def real_path(self, detail: dict[str, Any]) -> KeyPath:
         """Path of the mistake in the file: without the names that pydantic puts in for the members of a union."""
-        parts: KeyPath = detail["loc"]
+        kind, parts = str(detail["type"]), tuple[str | int, ...](detail["loc"])
+        if kind.startswith("union_tag"):
+            # The key that tells the members apart is what is wrong, not the table it stands in.
+            parts = (*parts, str(detail["ctx"]["discriminator"]).strip("'"))
         path: KeyPath = ()
         for depth, part in enumerate(parts, 1):
-            names_a_key = depth == len(parts) and detail["type"] in {"missing", "extra_forbidden"}
-            if names_a_key or self.document.at((*self.table, *path, part)) is not None:
+            names_a_key = depth == len(parts) and kind in {"missing", "extra_forbidden", "union_tag_not_found"}
+            if names_a_key or self.value((*path, part)) is not None:
                 path = (*path, part)
         return path
 
@@ -130,7 +151,7 @@ def _models_in(annotation: Any) -> list[type[BaseModel]]:
 
 def _expected(message: str) -> str:
     """Pydantic's sentence without its first words, in the words of TOML."""
-    for opening in ("Input should be ", "Value error, ", "Assertion failed, "):
+    for opening in ("Input should be ", "Assertion failed, "):
         if message.startswith(opening):
             message = message.removeprefix(opening)
             return _IN_TOML.get(message, message)

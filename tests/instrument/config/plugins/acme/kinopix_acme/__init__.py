@@ -1,0 +1,1 @@
+"""Drivers by a third party, good and broken ones."""
