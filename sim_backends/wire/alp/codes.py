@@ -110,7 +110,33 @@ class Proj(IntEnum):
     STATE = 2400
 
 
-DEFAULT = 0
+FUNCTIONS = frozenset(
+    f"Alp{name}"
+    for name in [
+        "DevAlloc",
+        "DevHalt",
+        "DevFree",
+        "DevControl",
+        "DevControlEx",
+        "DevInquire",
+        "SeqAlloc",
+        "SeqFree",
+        "SeqControl",
+        "SeqTiming",
+        "SeqInquire",
+        "SeqPut",
+        "ProjStart",
+        "ProjStartCont",
+        "ProjHalt",
+        "ProjWait",
+        "ProjControl",
+        "ProjControlEx",
+        "ProjInquire",
+        "ProjInquireEx",
+    ]
+)
+"""Functions of dlp7000.md 3.2 that the emulator has. AlpSeqPutEx and the LED functions are not there."""
+
 INVALID_ID = 0xFFFFFFFF
 LEVEL_HIGH, LEVEL_LOW = 2006, 2007
 EDGE_FALLING, EDGE_RISING = 2008, 2009

@@ -35,7 +35,7 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "AlpProjInquire": (_ID, _INT, _POINTER),
     "AlpProjInquireEx": (_ID, _INT, _POINTER),
 }
-"""Argument types of each function; every one returns a 32-bit code. AlpSeqPutEx and the LED functions are not there."""
+"""Argument types of each function; every one returns a 32-bit code."""
 
 _REMEMBERED = 100_000
 """Calls that ``calls`` keeps."""

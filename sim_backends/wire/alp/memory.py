@@ -23,11 +23,6 @@ class FrameMemory:
         """Longest contiguous free stretch: what ALP_AVAIL_MEMORY tells."""
         return max(length for _, length in self._gaps())
 
-    @property
-    def free_frames(self) -> int:
-        """All free frames, contiguous or not."""
-        return self.frames - sum(self._blocks.values())
-
     def allocate(self, frames: int) -> int | None:
         """Take ``frames`` frames and give their first address, or None where no gap is long enough."""
         for start, length in self._gaps():

@@ -2,9 +2,10 @@
 
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt
+from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt, field_validator
 
 from protocols import Frozen
+from sim_backends.wire.alp.codes import FUNCTIONS
 
 
 class CallFault(Frozen):
@@ -23,6 +24,13 @@ class CallFault(Frozen):
 
     code: PositiveInt = 1999
     """For ``refuse``: any code at all. A driver has to take each of them."""
+
+    @field_validator("at")
+    @classmethod
+    def _is_a_function(cls, name: str) -> str:
+        if name and name not in FUNCTIONS:
+            raise ValueError(f"no such function; there are {', '.join(sorted(FUNCTIONS))}")
+        return name
 
     @property
     def function(self) -> str:

@@ -2,7 +2,7 @@
 
 from typing import Literal, TypeAlias
 
-from sim_backends.wire.zolix.motion import Braking, Curve, Cut, Leg, Path, Rates, Trapezoid, cut_at
+from sim_backends.wire.zolix.motion import Braking, Curve, Cut, Leg, Path, Rates, Slack, Trapezoid, cut_at
 
 Direction: TypeAlias = Literal["direct", "negative", "positive"]
 """How homing finds the origin: straight, or from a limit switch."""
@@ -14,21 +14,28 @@ class Axis:
     The carriage's zero is the home position. The counter starts at 0 wherever the carriage stands when power comes.
     """
 
-    def __init__(self, *, low: int, high: int, start: int, limit_sticks: bool = False) -> None:
+    def __init__(
+        self, *, low: int, high: int, start: int, counter: int = 0, backlash: int = 0, limit_sticks: bool = False
+    ) -> None:
         """Power up.
 
         Args:
             low: lower limit switch.
             high: upper limit switch.
             start: where the carriage stands.
+            counter: what the controller calls this place.
+            backlash: play of the nut on the screw. At first it is taken up for motion upwards.
             limit_sticks: a limit switch that was once reached never lets go.
         """
         self._low, self._high = low, high
         self._limit_sticks = limit_sticks
-        self.counter = Path((Leg(0.0, 0.0),))
+        self._backlash = backlash
+        # Play ahead of an upward motion, and the counter value at which it was so large.
+        self._play_up, self._play_since = 0.0, float(counter)
+        self.counter = Path((Leg(0.0, float(counter)),))
         self.carriage = Path((Leg(0.0, float(start)),))
         self.end_s = 0.0
-        self.target = 0
+        self.target = counter
         self.homed = False
         self._homing = False
         self.motion = 0
@@ -50,6 +57,12 @@ class Axis:
             return True
         return (low and distance < 0) or (high and distance > 0)
 
+    def _play(self, now_s: float, *, up: bool) -> float:
+        """Way of the screw before the carriage follows upwards or downwards."""
+        turned = self.counter.now(now_s) - self._play_since
+        play_up = min(max(self._play_up - turned, 0.0), float(self._backlash))
+        return play_up if up else self._backlash - play_up
+
     def move(self, now_s: float, distance: int, rates: Rates, stall_at: float | None = None) -> None:
         """Start a motion over ``distance`` pulses. A limit switch on the way ends it abruptly.
 
@@ -60,18 +73,24 @@ class Axis:
             stall_at: part of the way after which the motor loses its steps; the counter does not know.
         """
         self.target = self.reported(now_s) + distance
-        whole = Trapezoid(distance, rates)
-        at = self.carriage.now(now_s)
-        room = self._high - at if distance > 0 else at - self._low
+        screw = Trapezoid(distance, rates)
+        nut = Slack(screw, self._play(now_s, up=distance > 0))
+        room = self._room(now_s, up=distance > 0)
         if stall_at is not None and stall_at * abs(distance) < room:
-            self._go(now_s, whole, cut_at(whole, stall_at * abs(distance)))
+            self._go(now_s, screw, cut_at(nut, max(0.0, stall_at * abs(distance) - nut.play)))
             return
-        told = cut_at(whole, room)
-        self._go(now_s, told, told)
+        stopped = cut_at(nut, room)
+        self._go(now_s, Cut(screw, stopped.duration_s), stopped)
+
+    def _room(self, now_s: float, *, up: bool) -> float:
+        """Way to the limit switch."""
+        at = self.carriage.now(now_s)
+        return self._high - at if up else at - self._low
 
     def _go(self, now_s: float, told: Curve, true: Curve) -> None:
         self.motion += 1
         self._homing = False
+        self._play_up, self._play_since = self._play(now_s, up=True), self.counter.now(now_s)
         self.end_s = now_s + told.duration_s
         self.counter = self._follow(self.counter, now_s, told)
         self.carriage = self._follow(self.carriage, now_s, true)
@@ -95,10 +114,12 @@ class Axis:
         told: Curve = Braking(speed, rates)
         if not decelerate:
             told = Cut(told, 0.0)
-        lost = self.carriage.speed(now_s) == 0 != speed
-        at = self.carriage.now(now_s)
-        true = Cut(told, 0.0) if lost else cut_at(told, self._high - at if speed > 0 else at - self._low)
-        self._go(now_s, told if lost else true, true)
+        nut = Slack(told, self._play(now_s, up=speed > 0))
+        if self.carriage.speed(now_s) == 0 and nut.play == 0:
+            self._go(now_s, told, Cut(told, 0.0))  # stalled
+        else:
+            stopped = cut_at(nut, self._room(now_s, up=speed > 0))
+            self._go(now_s, Cut(told, stopped.duration_s), stopped)
         self.target = self.reported(self.end_s)
 
     def home(self, now_s: float, rates: Rates, direction: Direction, duration_s: float | None) -> None:
@@ -128,3 +149,6 @@ class Axis:
         self.counter = self.counter.then(Leg(leg_s, 0.0))
         self.carriage = self.carriage.then(Leg(leg_s, 0.0))
         self.target, self.homed, self._homing = 0, True, True
+        # The last way of homing took the play up in its own direction.
+        came_down = (switch or self.carriage.now(now_s)) > 0
+        self._play_up, self._play_since = (float(self._backlash) if came_down else 0.0), 0.0

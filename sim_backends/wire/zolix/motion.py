@@ -121,6 +121,30 @@ class Cut:
         return self.curve.speed(time_s)
 
 
+@dataclass(frozen=True)
+class Slack:
+    """What a nut with play makes of its screw's motion: it stays behind until the play is taken up."""
+
+    curve: Curve
+    play: float
+    """Way of the screw before the nut follows."""
+
+    @property
+    def duration_s(self) -> float:
+        """That of the screw."""
+        return self.curve.duration_s
+
+    def way(self, time_s: Floats) -> Floats:
+        """See ``Curve``."""
+        screw = self.curve.way(time_s)
+        return np.sign(screw) * np.maximum(np.abs(screw) - self.play, 0.0)
+
+    def speed(self, time_s: float) -> float:
+        """See ``Curve``."""
+        taken_up = abs(float(self.curve.way(np.array([time_s]))[0])) > self.play
+        return self.curve.speed(time_s) if taken_up else 0.0
+
+
 def cut_at(curve: Curve, way: float) -> Curve:
     """End a motion where it has gone ``way`` pulses (unsigned), or leave it as it is where it ends before."""
     if abs(float(curve.way(np.array([curve.duration_s]))[0])) <= way:

@@ -121,6 +121,9 @@ class ControllerSettings(Frozen):
     lead_error: Annotated[float, Field(gt=-0.1, lt=0.1)] = 0.0
     """Relative error of the true lead: the carriage goes (1 + error) times as far as the pulses say [U]."""
 
+    backlash_mm: NonNegativeFloat = 0.0
+    """Way of the screw that is lost at each reversal, rounded to a pulse [U]: 5 to 20 um are likely."""
+
     microsteps: PositiveInt = 8
     """Pulses a full step, 200 full steps a turn: 8 is the factory setting of the SC300 [V]."""
 
@@ -129,6 +132,9 @@ class ControllerSettings(Frozen):
 
     start_mm: FiniteFloat = 0.0
     """Where the carriage stands when power comes, from the home position. The controller calls it 0."""
+
+    keeps_position: bool = False
+    """Whether the counter survives a power cycle [U]."""
 
     homing: Literal["direct", "negative", "positive"] = "direct"
     """Straight to an origin switch, or over the limit switch on one side [U]. Homing on a limit switch itself is

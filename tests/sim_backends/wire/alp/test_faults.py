@@ -2,7 +2,12 @@
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
+from sim_backends.bench import VirtualClock
+from sim_backends.wire.alp import AlpSettings
+from sim_backends.wire.alp.codes import FUNCTIONS
+from sim_backends.wire.alp.library import SIGNATURES
 from tests.sim_backends.wire.alp.client import Client, packed
 from tests.sim_backends.wire.alp.test_projection import Screen
 
@@ -95,3 +100,28 @@ def test_pictures_never_uploaded_may_show_what_the_memory_held() -> None:
     sequence = alp.sequence(device, 1)
     assert alp("AlpProjStart", device, sequence) == 0
     assert set(np.unique(screen.pictures()[0])) == {0xAA}
+
+
+def test_a_halt_from_another_thread_aborts_an_upload() -> None:
+    """The upload lets other calls through while the bytes go over the line: here AlpDevHalt, half a second into it."""
+    screen = Screen()
+    alp = Client(screen, usb_bytes_per_s=1e6)
+    device = alp.device()
+    sequence = alp.sequence(device, 8)
+
+    class Halting(VirtualClock):
+        def sleep_s(self, duration_s: float) -> None:
+            super().sleep_s(duration_s)
+            if self.now_s() > 0.5:
+                assert alp("AlpDevHalt", device) == 0
+
+    screen.keep_time_by(Halting())
+    assert alp.put(device, sequence, packed(*[True] * 8)) == 1009
+    assert 0.5 < screen.clock.now_s() < 0.7
+
+
+def test_a_fault_at_a_function_that_does_not_exist_is_refused() -> None:
+    """A misspelt name would be a fault that never strikes."""
+    assert set(SIGNATURES) == FUNCTIONS
+    with pytest.raises(ValidationError, match="AlpProjStart"):
+        AlpSettings.model_validate({"faults": [{"kind": "unplug", "at": "AlpProjBegin"}]})

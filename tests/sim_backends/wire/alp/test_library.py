@@ -146,6 +146,37 @@ def test_the_running_sequence_is_protected() -> None:
     assert alp("AlpDevHalt", device) == 1003
 
 
+def test_packed_data_counts_bit_planes_and_other_data_pictures() -> None:
+    """Two pictures of three bit planes are six units of packed data, or two of one byte a pixel (3.8)."""
+    alp = Client()
+    device = alp.device()
+    _, sequence = alp.ask("AlpSeqAlloc", device, 3, 2)
+    assert alp.ask("AlpDevInquire", device, 2003) == (0, 43_690 - 6)
+    grey = np.zeros((2, 768, 1024), np.uint8)
+    assert alp.put(device, sequence, grey) == 0
+    assert alp.put(device, sequence, grey, offset=1) == 1005
+    assert alp("AlpSeqControl", device, sequence, 2110, 2) == 0
+    assert alp.put(device, sequence, packed(*[True] * 6)) == 0
+    assert alp.put(device, sequence, packed(True), offset=6) == 1005
+
+
+def test_the_gates_of_the_dynamic_outputs_are_checked() -> None:
+    """Period 0 to 16, polarity 0 or 1 (3.7)."""
+    alp = Client()
+    device = alp.device()
+    for struct, code in ((bytes([16, 1, *[1] * 16]), 0), (bytes([17, 1, *[1] * 16]), 1005), (None, 1006)):
+        assert alp("AlpDevControlEx", device, 2023, struct) == code
+    assert alp("AlpDevControlEx", device, 9999, bytes(18)) == 1005
+
+
+def test_an_error_inside_the_emulator_is_a_code_too() -> None:
+    """Nothing may escape through C: a scene that cannot be lit gives 1999, and is logged."""
+    alp = Client(OpticalBench(SceneSettings.model_validate({"noise": {"kind": "poisson"}, "start_px": [-900.0, 0.0]})))
+    device = alp.device()
+    sequence = alp.sequence(device, 2)
+    assert alp("AlpProjStart", device, sequence) == 1999
+
+
 def test_normal_mode_needs_its_dark_phase() -> None:
     """A timing given before BIN_MODE is that of normal mode: 50 us is too short there, 88 us is not (3.9, 3.10)."""
     alp = Client()

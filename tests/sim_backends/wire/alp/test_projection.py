@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from protocols import Bytes, PixelGrid
-from sim_backends.bench import OpticalBench, Projection, SceneSettings
+from sim_backends.bench import BenchClock, OpticalBench, Projection, SceneSettings
 from tests.sim_backends.wire.alp.client import Client, packed
 
 
@@ -16,6 +16,10 @@ class Screen(OpticalBench):
     def __init__(self, **scene: object) -> None:
         super().__init__(SceneSettings.model_validate(scene))
         self.shown: list[Projection] = []
+
+    def keep_time_by(self, clock: BenchClock) -> None:
+        """Take another clock."""
+        self._clock = clock
 
     def show(self, projection: Projection) -> None:
         self.shown.append(projection)
@@ -220,6 +224,42 @@ def test_a_second_start_waits_for_the_first() -> None:
     assert alp("AlpProjWait", device) == 0
     assert len(screen.shown) == 2
     assert screen.shown[-1].start_s == pytest.approx(first_s + 100e-6)
+
+
+def test_an_asynchronous_abort_and_a_floating_dmd_end_at_once() -> None:
+    """ABORT_ASYNC needs no frame to end; DMD_POWER_FLOAT lets no projection start until it is resumed."""
+    screen = Screen()
+    alp, device, sequence = _started(screen, 4)
+    assert alp("AlpProjStartCont", device, sequence) == 0
+    assert alp("AlpProjControl", device, 2345, 0) == 0
+    assert alp.ask("AlpProjInquire", device, 2400) == (0, 1201)
+    assert len(screen.edges(0, 1.0)) == 0
+    assert alp("AlpDevControl", device, 2064, 1) == 0
+    assert alp("AlpProjStart", device, sequence) == 1021
+    assert alp("AlpDevControl", device, 2064, 0) == 0
+    assert alp("AlpProjStart", device, sequence) == 0
+
+
+def test_a_reset_queue_forgets_what_waits() -> None:
+    """RESET_QUEUE leaves the running one alone (3.6)."""
+    screen = Screen()
+    alp, device, sequence = _started(screen, 2)
+    assert [alp("AlpProjStart", device, sequence), alp("AlpProjStart", device, sequence)] == [0, 0]
+    assert alp("AlpProjControl", device, 2319, 0) == 0
+    assert alp("AlpProjWait", device) == 0
+    assert len(screen.shown) == 1
+
+
+def test_rows_outside_the_loaded_ones_stay_dark() -> None:
+    """SEQ_DMD_LINES: 48 rows from row 24."""
+    screen = Screen()
+    alp = Client(screen)
+    device = alp.device()
+    sequence = alp.sequence(device, 1)
+    assert alp("AlpSeqControl", device, sequence, 2125, 24 + (48 << 16)) == 0
+    assert alp.put(device, sequence, packed(True)) == 0
+    assert alp("AlpProjStart", device, sequence) == 0
+    assert np.flatnonzero(screen.pictures()[0].any(axis=1)).tolist() == list(range(24, 72))
 
 
 def test_slave_mode_without_edges_never_ends() -> None:

@@ -41,6 +41,10 @@ from tests.sim_backends.wire.zolix.host import mc600
         (b"GoPosition X,O,R,P,-1\r", b"E01\r"),
         (b"GoPosition X,O,R,Q,1\r", b"E01\r"),
         (b"GoPosition X,O,R,P\r", b"E01\r"),
+        (b"GonAxisHome Y,N\r", b"E01\r"),
+        (b"SetUserOrigin X,1\r", b"E01\r"),
+        (b"SetStagePitch X,0\r", b"E01\r"),
+        (b"SetNothing? X\r", b"E01\r"),
         (b"\x80\xff\r", b"E01\r"),
         (b"\nHello\r", b"OK\r"),
         (b"\rHello\r", b"OK\r"),
@@ -185,6 +189,21 @@ def test_a_limit_switch_ends_the_move_there() -> None:
     assert host.ask(b"GoPosition X,O,R,P,1\r") == b"E02\r"
     assert host.ask(b"GoPosition X,O,R,N,1\r") == b"READY\r"
     assert host.line() == b"X 1.000,OK\r"
+
+
+@pytest.mark.parametrize(("keeps_position", "called"), [(False, b"0.000"), (True, b"2.000")])
+def test_a_power_cycle_leaves_the_carriage_and_forgets_the_rest(keeps_position: bool, called: bytes) -> None:  # noqa: FBT001
+    """At 2 mm; the speed is that of a new box, and no line of the interrupted move comes."""
+    host = mc600(keeps_position=keeps_position)
+    host.ask(b"SetSpeed X,1\r")
+    host.ask(b"GoPosition X,O,A,P,2\r")
+    assert host.line() == b"X 2.000,OK\r"
+    host.ask(b"GoPosition Y,O,A,P,2\r")
+    host.controller.power_cycle()
+    assert host.rest() == b""
+    assert host.ask(b"Position? X\r") == b"POSITION? X," + called + b",OK\r"
+    assert host.ask(b"SetSpeed? X\r") == b"SETSPEED? X,5.000,OK\r"
+    assert float(host.controller.true_position_mm(_at(host.clock.now_s()))[0]) == 2.0
 
 
 def test_habits_that_nobody_knows_are_settings() -> None:

@@ -105,6 +105,38 @@ def test_a_stalled_motor_stands_while_the_counter_goes_on() -> None:
     assert (axis.reported(19.0), axis.carriage.now(19.0)) == (0, -500)
 
 
+def test_a_nut_with_play_loses_way_at_each_reversal() -> None:
+    """8 pulses of play: up 100 is 100, down 5 is nothing, down 50 more is 47, up 8 is nothing, up 1 more is 1."""
+    axis = Axis(low=-10_000, high=10_000, start=0, backlash=8)
+    stands: list[float] = []
+    for number, distance in enumerate((100, -5, -50, 8, 1)):
+        axis.move(10.0 * number, distance, Rates(1000, 0, 1000))
+        stands.append(axis.carriage.now(10.0 * number + 9))
+    assert stands == [100, 100, 53, 53, 54]
+    assert axis.reported(99.0) == 54
+
+
+def test_a_stop_inside_the_play_moves_nothing() -> None:
+    """Two pulses a second are stopped after 8 of 20 pulses of play; the next move has the rest to take up."""
+    axis = Axis(low=-10_000, high=10_000, start=0, backlash=20)
+    axis.move(0.0, -100, Rates(2, 2, 1000))
+    axis.stop(4.0, Rates(2, 2, 1000), decelerate=True)
+    assert (axis.reported(5.0), axis.carriage.now(5.0)) == (-8, 0)
+    axis.move(10.0, -13, Rates(2, 2, 1000))
+    assert (axis.reported(30.0), axis.carriage.now(30.0)) == (-21, -1)
+
+
+@given(ways=st.lists(st.integers(-50, 50).filter(bool), max_size=12), backlash=st.integers(0, 30))
+def test_the_carriage_stays_within_the_play_behind_the_counter(ways: list[int], backlash: int) -> None:
+    """The play operator: after each move the carriage is the old place, pulled into [counter, counter + play]."""
+    axis, place, counter = Axis(low=-10_000, high=10_000, start=0, backlash=backlash), 0, 0
+    for number, way in enumerate(ways):
+        axis.move(10.0 * number, way, Rates(1000, 10, 1000))
+        counter += way
+        place = min(max(place, counter), counter + backlash)
+        assert (axis.reported(10.0 * number + 9), axis.carriage.now(10.0 * number + 9)) == (counter, place)
+
+
 @pytest.mark.parametrize(("direction", "way"), [("direct", 300), ("negative", 1300 + 1000), ("positive", 1700 + 2000)])
 def test_homing_ends_with_carriage_and_counter_at_zero(direction: str, way: int) -> None:
     """From 300, with limits at -1000 and 2000, at 100 pulses a second without ramps."""
