@@ -18,14 +18,17 @@ from protocols import InputError
 def analyse_file(
     file: Annotated[Path, typer.Argument(help="Recording (.h5), whole or partial.")],
     tracking: Annotated[
-        Tracking, typer.Option(help="joint: refine motion and image together; smooth: one pass; per-frame: the paper's.")
+        Tracking,
+        typer.Option(help="joint: refine motion and image together; smooth: one pass; per-frame: the paper's."),
     ] = "joint",
     method: Annotated[Method, typer.Option(help="How the image is made.")] = "tv",
     frames: Annotated[int | None, typer.Option(min=1, help="Use the first frames only.")] = None,
     background: Annotated[
         Path | None, typer.Option(help="Recording of the same plan without the object, to be subtracted.")
     ] = None,
-    pictures: Annotated[Path | None, typer.Option(help="Folder for the pictures; beside the recording if not given.")] = None,
+    pictures: Annotated[
+        Path | None, typer.Option(help="Folder for the pictures; beside the recording if not given.")
+    ] = None,
     no_pictures: Annotated[bool, typer.Option("--no-pictures", help="Draw nothing.")] = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -77,5 +80,9 @@ def store(file: Path, recording: Recording, analysis: Analysis) -> None:
         sigma_px=analysis.padded(analysis.trajectory.sigma_px, len(recording)),
         image=analysis.image,
         table=analysis.figures.model_dump(mode="json"),
-        settings={"tracking": analysis.tracking, "method": analysis.reconstruction.method, "frames": analysis.figures.frames},
+        settings={
+            "tracking": analysis.tracking,
+            "method": analysis.reconstruction.method,
+            "frames": analysis.figures.frames,
+        },
     )

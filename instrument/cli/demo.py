@@ -32,10 +32,15 @@ def demo(
     store(run_h5, recording, analysis)
     drawn = write_pictures(analysis, out)
     if as_json:
-        print_json({"seed": seed, **analysis.figures.model_dump(mode="json"), "pictures": [str(path) for path in drawn]})
+        print_json(
+            {"seed": seed, **analysis.figures.model_dump(mode="json"), "pictures": [str(path) for path in drawn]}
+        )
         return
     OUT.print(figures_table("Demo: a letter that never stood still", {"seed": str(seed), **analysis.figures.rows()}))
-    OUT.print(f"Look at {out / 'summary.png'}. Then change {plan_toml} or {bench_toml} and do it step by step:", soft_wrap=True)
+    OUT.print(
+        f"Look at {out / 'summary.png'}. Then change {plan_toml} or {bench_toml} and do it step by step:",
+        soft_wrap=True,
+    )
     run_again = out / "again.h5"
     OUT.print(f"  kinopix check   --bench {bench_toml} --plan {plan_toml}", soft_wrap=True)
     OUT.print(f"  kinopix run     --bench {bench_toml} --plan {plan_toml} --out {run_again}", soft_wrap=True)

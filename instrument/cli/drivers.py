@@ -1,6 +1,7 @@
 """``kinopix drivers``: what is installed, what is missing, what is plugged in."""
 
 import typer
+from rich.markup import escape
 from rich.table import Table
 
 from instrument.cli.options import JsonOption, print_json
@@ -38,11 +39,13 @@ def listing(context: typer.Context, as_json: JsonOption = False) -> None:
     for line in lines:
         ready = line.availability.ready and not line.error
         state = f"[green]ready[/] {line.availability.version}" if ready else "[yellow]not ready[/]"
-        what = line.summary if ready else f"{line.summary}\n{line.error or line.availability.missing}".strip()
-        table.add_row(
-            line.plugin.kind, line.plugin.name, f"{line.plugin.distribution} {line.plugin.version}", state, what
-        )
+        origin = f"{line.plugin.distribution} {line.plugin.version}"
+        table.add_row(line.plugin.kind, line.plugin.name, origin, state, line.summary)
     OUT.print(table)
+    for line in lines:
+        missing = line.error or line.availability.missing
+        if missing:
+            OUT.print(f"[yellow]{line.plugin.name}[/] is not ready: {escape(missing)}", soft_wrap=True)
 
 
 @app.command()

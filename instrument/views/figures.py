@@ -46,12 +46,13 @@ def draw_image(axes: Axes, image: Floats, title: str, *, vmax: float | None = No
 
 def draw_trajectory(axes: Axes, time_s: Floats, displacement_px: Floats, truth_px: Floats | None) -> None:
     """Draw displacement over time, the truth as a dashed line over it."""
-    for column, (name, colour) in enumerate((("x", X_COLOUR), ("y", Y_COLOUR))):
-        axes.plot(time_s, displacement_px[:, column], color=colour, linewidth=2.5, alpha=0.65, label=f"{name} measured")
+    # The second line is thinner: along the diagonal x and y are the same, and both must be seen.
+    for column, (name, colour, width) in enumerate((("x", X_COLOUR, 5.0), ("y", Y_COLOUR, 2.0))):
+        axes.plot(time_s, displacement_px[:, column], color=colour, linewidth=width, label=f"{name} measured")
     if truth_px is not None:
         for column, name in enumerate("xy"):
             label = "truth" if name == "x" else None
-            axes.plot(time_s, truth_px[:, column], color=TRUTH_COLOUR, linestyle="--", linewidth=1.0, label=label)
+            axes.plot(time_s, truth_px[:, column], color=TRUTH_COLOUR, linestyle="--", linewidth=0.8, label=label)
     axes.set_xlabel("time, s")
     axes.set_ylabel("displacement, px")
     axes.legend(loc="best", frameon=False)

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import numpy as np
+
 from instrument.analysis import Analysis
 from instrument.views.figures import error_figure, image_figure, save, timing_figure, trajectory_figure
 from instrument.views.summary import summary_figure
@@ -23,7 +25,8 @@ def write_pictures(analysis: Analysis, folder: Path, stem: str = "") -> list[Pat
     truth = recording.truth
     truth_px = truth.displacement_px if truth else None
     truth_image = truth.image if truth else None
-    time_s, found_px = trajectory.frame_time_s, trajectory.displacement_px
+    found_px = trajectory.displacement_px
+    time_s = (np.arange(len(trajectory), dtype=np.float64) + 0.5) * trajectory.frame_time_s
     figures = {
         "summary": summary_figure(
             ignored=analysis.ignored,
@@ -41,4 +44,7 @@ def write_pictures(analysis: Analysis, folder: Path, stem: str = "") -> list[Pat
         figures["error"] = error_figure(time_s, found_px - truth_px, trajectory.sigma_px)
     if recording.edge_time_s is not None:
         figures["timing"] = timing_figure(recording.edge_time_s, recording.picture_time_s)
-    return [save(figure, folder / f"{stem}-{name}.png" if stem else folder / f"{name}.png") for name, figure in figures.items()]
+    return [
+        save(figure, folder / f"{stem}-{name}.png" if stem else folder / f"{name}.png")
+        for name, figure in figures.items()
+    ]

@@ -37,5 +37,5 @@ def summary_figure(
     if truth is not None:
         draw_image(figure.add_subplot(grid[0, 2]), truth, "the object, at frame 0")
     draw_trajectory(figure.add_subplot(grid[1, :]), time_s, displacement_px, truth_px)
-    figure.suptitle(f"One detector, no lens array, an object that never stood still\n{caption}", fontsize=11)
+    figure.suptitle(f"One detector, one object that never stood still\n{caption}", fontsize=11)
     return figure

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from typing import Final
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
@@ -78,12 +79,14 @@ def timing_table(report: TimingReport) -> Table:
 
 def show_error(error: KinopixError) -> None:
     """Print one clear paragraph to standard error."""
-    ERR.print(f"[bold red]kinopix:[/] {_escaped(str(error))}", soft_wrap=True)
+    ERR.print(f"[bold red]kinopix:[/] {escape(str(error))}", soft_wrap=True)
+    for note in getattr(error, "__notes__", ()):
+        ERR.print(escape(note), soft_wrap=True)
 
 
 def warn(message: str) -> None:
     """Print one line to standard error."""
-    ERR.print(f"[yellow]{_escaped(message)}[/]", soft_wrap=True)
+    ERR.print(f"[yellow]{escape(message)}[/]", soft_wrap=True)
 
 
 def coloured(outcome: str) -> str:
@@ -94,7 +97,3 @@ def coloured(outcome: str) -> str:
 def _listed(indices: Iterable[int], most: int = 8) -> str:
     shown = [str(k) for k in indices]
     return ", ".join(shown[:most]) + (", ..." if len(shown) > most else "")
-
-
-def _escaped(text: str) -> str:
-    return text.replace("[", r"\[")

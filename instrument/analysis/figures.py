@@ -1,0 +1,98 @@
+"""Figures of merit of one analysis: what ``kinopix analyse`` prints and stores."""
+
+import numpy as np
+from pydantic import NonNegativeFloat, NonNegativeInt
+
+from instrument.analysis.metrics import displacement_mse, offset_free_mse, psnr, ssim_global, ssim_local
+from instrument.reconstruction import Reconstruction
+from instrument.recording import Recording
+from instrument.tracking import Trajectory
+from protocols import Frozen
+
+
+class Figures(Frozen):
+    """How good motion and image are. Figures that need the truth are None for a real bench."""
+
+    frames: NonNegativeInt
+    """Frames analysed."""
+
+    frames_masked: NonNegativeInt
+    """Of those, left out."""
+
+    travel_px: tuple[float, float]
+    """Displacement of the last frame, x and y."""
+
+    sigma_px: NonNegativeFloat
+    """Median of the stated standard deviation of the displacement."""
+
+    misfit: float | None
+    """RMS of what image and motion leave unexplained, over the noise; about 1 where both are right."""
+
+    analysis_s: NonNegativeFloat
+    """Time that tracking and reconstruction took."""
+
+    displacement_mse_px2: float | None = None
+    """Mean over frames and both axes of the squared error, frame 0 as reference."""
+
+    displacement_mse_offset_free_px2: float | None = None
+    """The same with a constant shift removed."""
+
+    psnr_db: float | None = None
+    """10 log10(1 / MSE) of the image, clipped to 0..1; after one least-squares gain for photon counts."""
+
+    ssim_global: float | None = None
+    """The formula of Li et al. (2023), with moments of the whole image."""
+
+    ssim_local: float | None = None
+    """Wang et al. (2004), Gaussian window of 11 x 11, sigma 1.5."""
+
+    def rows(self) -> dict[str, str]:
+        """The figures as a person reads them."""
+        rows = {
+            "frames": f"{self.frames}, {self.frames_masked} masked",
+            "travel": f"{self.travel_px[0]:.2f}, {self.travel_px[1]:.2f} px",
+            "stated uncertainty": f"{self.sigma_px:.3f} px (median, one sigma)",
+        }
+        if self.displacement_mse_px2 is not None and self.displacement_mse_offset_free_px2 is not None:
+            rows["displacement MSE"] = (
+                f"{self.displacement_mse_px2:.4f} px^2 ({self.displacement_mse_offset_free_px2:.4f} offset-free)"
+            )
+        if self.psnr_db is not None:
+            rows["PSNR"] = f"{self.psnr_db:.1f} dB"
+            rows["SSIM"] = f"{self.ssim_global:.4f} global, {self.ssim_local:.4f} local"
+        if self.misfit is not None:
+            rows["misfit"] = f"{self.misfit:.3f} (1 is the noise alone)"
+        return {**rows, "analysis": f"{self.analysis_s:.2f} s"}
+
+    def caption(self) -> str:
+        """One line for a picture."""
+        if self.psnr_db is None:
+            return f"{self.frames} frames, displacement known to {self.sigma_px:.3f} px"
+        return f"{self.frames} frames, displacement MSE {self.displacement_mse_px2:.4f} px², image PSNR {self.psnr_db:.1f} dB"
+
+
+def figures_of(recording: Recording, trajectory: Trajectory, reconstruction: Reconstruction, took_s: float) -> Figures:
+    """Work out the figures, with those that need the truth where it is known."""
+    found_px, truth = trajectory.displacement_px, recording.truth
+    last = found_px[-1].tolist()
+    figures = Figures(
+        frames=len(recording),
+        frames_masked=int(np.count_nonzero(~recording.frame_valid)),
+        travel_px=(last[0], last[1]),
+        sigma_px=float(np.median(trajectory.sigma_px)),
+        misfit=reconstruction.misfit if np.isfinite(reconstruction.misfit) else None,
+        analysis_s=took_s,
+    )
+    if truth is None:
+        return figures
+    image = reconstruction.image
+    fit_gain = recording.photon_counts
+    return figures.model_copy(
+        update={
+            "displacement_mse_px2": displacement_mse(found_px, truth.displacement_px),
+            "displacement_mse_offset_free_px2": offset_free_mse(found_px, truth.displacement_px),
+            "psnr_db": psnr(image, truth.image, fit_gain=fit_gain),
+            "ssim_global": ssim_global(image, truth.image, fit_gain=fit_gain),
+            "ssim_local": ssim_local(image, truth.image, fit_gain=fit_gain),
+        }
+    )
