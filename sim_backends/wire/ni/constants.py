@@ -1,0 +1,95 @@
+"""DAQmx attribute ids and enum values of the sheet (h10682-daq.md 4.1), with the type by which each is read."""
+
+from typing import Final
+
+RISING: Final = 10280
+COUNT_UP: Final = 10128
+COUNT_DOWN: Final = 10124
+FINITE: Final = 10178
+CONTINUOUS: Final = 10123
+DIGITAL_EDGE: Final = 10150
+NO_TRIGGER: Final = 10230
+DO_NOT_OVERWRITE: Final = 10159
+OVERWRITE: Final = 10252
+COUNT_EDGES: Final = 10125
+COUNTER_INPUT: Final = 10131
+SAMPLE_CLOCK: Final = 10388
+ON_DEMAND: Final = 10390
+
+TASK_START: Final = 0
+TASK_STOP: Final = 1
+TASK_VERIFY: Final = 2
+TASK_COMMIT: Final = 3
+TASK_RESERVE: Final = 4
+TASK_UNRESERVE: Final = 5
+TASK_ABORT: Final = 6
+
+# System
+SYS_MAJOR: Final = 0x1272
+SYS_MINOR: Final = 0x1923
+SYS_UPDATE: Final = 0x2F22
+SYS_DEVICES: Final = 0x193B
+
+# Device
+DEV_PRODUCT_TYPE: Final = 0x631
+DEV_SERIAL: Final = 0x632
+DEV_IS_SIMULATED: Final = 0x22CA
+DEV_SAMP_CLK: Final = 0x299E
+DEV_MAX_SIZE: Final = 0x299F
+DEV_MAX_TIMEBASE: Final = 0x29A0
+DEV_TRIG_USAGE: Final = 0x298A
+DEV_MEAS_TYPES: Final = 0x2FD4
+DEV_SAMP_MODES: Final = 0x2FDE
+DEV_TERMINALS: Final = 0x2A40
+DEV_CI_CHANNELS: Final = 0x2324
+TRIG_PAUSE_BIT: Final = 2
+TRIG_ARM_START_BIT: Final = 32
+
+# Task
+TASK_NAME: Final = 0x1276
+TASK_CHANNELS: Final = 0x1273
+TASK_DEVICES: Final = 0x230E
+TASK_NUM_CHANS: Final = 0x2181
+
+# Channel
+CH_TYPE: Final = 0x187F
+CH_MEAS_TYPE: Final = 0x18A0
+CH_PHYSICAL: Final = 0x18F5
+CH_TERM: Final = 0x18C7
+CH_EDGE: Final = 0x697
+CH_DIRECTION: Final = 0x696
+CH_INITIAL: Final = 0x698
+CH_DUP: Final = 0x21AC
+CH_PRESCALER: Final = 0x2239
+CH_FILTER: Final = 0x21F6
+CH_FILTER_S: Final = 0x21F7
+CH_COUNT: Final = 0x148
+CH_TC_REACHED: Final = 0x150
+CH_INVALID: Final = 0x193C
+
+# Timing
+TIM_TYPE: Final = 0x1347
+TIM_MODE: Final = 0x1300
+TIM_SAMPLES: Final = 0x1310
+TIM_RATE: Final = 0x1344
+TIM_SOURCE: Final = 0x1852
+TIM_EDGE: Final = 0x1301
+TIM_FILTER: Final = 0x221E
+TIM_FILTER_S: Final = 0x221F
+
+# Trigger
+ARM_TYPE: Final = 0x1414
+ARM_SOURCE: Final = 0x1417
+ARM_EDGE: Final = 0x1415
+PAUSE_TYPE: Final = 0x1366
+
+# Buffer and read
+BUF_INPUT: Final = 0x186C
+READ_OVERWRITE: Final = 0x1211
+READ_ALL: Final = 0x1215
+READ_CHANNELS: Final = 0x1823
+READ_NUM_CHANS: Final = 0x217B
+READ_DEFAULT_N: Final = 0x31E8
+READ_AVAILABLE: Final = 0x1223
+READ_TOTAL: Final = 0x192A
+READ_POSITION: Final = 0x1221

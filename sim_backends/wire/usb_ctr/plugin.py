@@ -1,0 +1,27 @@
+"""Entry point of the emulated USB-CTR: ``transport = "usb-ctr-emulator"`` under ``[counter]``."""
+
+from protocols import BenchContext, TransportPlugin
+from sim_backends.wire.seen_edges import photon_bench_of
+from sim_backends.wire.usb_ctr.backend import UsbCtrBackend
+from sim_backends.wire.usb_ctr.board import UsbCtrBoard
+from sim_backends.wire.usb_ctr.settings import UsbCtrSettings
+
+_NAME = "usb-ctr-emulator"
+
+
+def open_emulator(settings: UsbCtrSettings, context: BenchContext) -> UsbCtrBackend:
+    """Plug an emulated device in.
+
+    Returns:
+        A ``usb.backend.IBackend`` for ``usb.core.find(backend=...)``.
+
+    Raises:
+        InputError: no optical bench, or one that does not count photons.
+    """
+    return UsbCtrBackend(UsbCtrBoard(settings, photon_bench_of(context, _NAME)))
+
+
+plugin = TransportPlugin(
+    summary="emulated MCC USB-CTR04/08 as a pyusb backend", settings=UsbCtrSettings, open=open_emulator
+)
+"""Found as ``kinopix.transports: usb-ctr-emulator``."""

@@ -1,0 +1,1 @@
+"""The emulated NI board, driven by the real nidaqmx client."""

@@ -1,0 +1,1 @@
+"""The emulated USB-CTR, driven through pyusb."""
