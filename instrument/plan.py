@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Literal, Self
 
-from pydantic import Field, PositiveFloat, PositiveInt, field_validator, model_validator
+from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt, field_validator, model_validator
 
 from instrument.config.load import load_model
 from protocols import Frozen, MotionProfile, PixelGrid
@@ -25,6 +25,9 @@ class MotionPlan(Frozen):
     acquire: Literal["cruise", "from-rest"] = "cruise"
     """``cruise``: the first pattern is shown when the run-up is over. ``from-rest``: when the stage starts to move."""
 
+    settle_s: NonNegativeFloat = 0.1
+    """``cruise`` only: cruise before the first pattern and after the last, for what the controllers take to obey."""
+
     @field_validator("velocity_mm_s")
     @classmethod
     def _moves(cls, velocity_mm_s: float) -> float:
@@ -39,14 +42,14 @@ class MotionPlan(Frozen):
 
     @property
     def run_up_s(self) -> float:
-        """From the start of the motion to the first pattern."""
-        return self.profile.ramp_time_s if self.acquire == "cruise" else 0.0
+        """From the start of the motion to the first pattern: the ramp, and the time to settle."""
+        return self.profile.ramp_time_s + self.settle_s if self.acquire == "cruise" else 0.0
 
     def end_mm(self, run_s: float) -> float:
-        """Where the stage comes to rest after a run of ``run_s`` seconds: ramp, way during the run, ramp."""
+        """Where the stage comes to rest after a run of ``run_s`` seconds: ramp, cruise, ramp."""
         profile = self.profile
         if self.acquire == "cruise":
-            way = 2 * profile.ramp_mm + profile.velocity_mm_s * run_s
+            way = 2 * profile.ramp_mm + profile.velocity_mm_s * (2 * self.settle_s + run_s)
         else:
             # The ramp belongs to the run. A run shorter than the ramp still ends with a whole ramp down.
             way = 2 * profile.ramp_mm + profile.velocity_mm_s * max(0.0, run_s - profile.ramp_time_s)

@@ -76,7 +76,7 @@ class Sc300:
         value = int(parameter)
         if letter in "+-":
             return self._move(letter, axis, value, now_s)
-        if value == 0:
+        if value == 0 and not (letter == "F" and self._settings.zero_initial_speed):
             return Answer((self._settings.error_parameter,))
         if self._axes[axis].moving(now_s):
             return Answer((self._settings.error_refused,))

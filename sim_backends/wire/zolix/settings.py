@@ -244,6 +244,9 @@ class Sc300Settings(ControllerSettings):
     initial_speed_pps: PositiveInt = 1000
     """Initial speed when power comes [U]."""
 
+    zero_initial_speed: bool = True
+    """Whether an initial speed of 0 is taken, a plain ramp from standstill [U]."""
+
     acceleration_pps2: PositiveInt = 16_000
     """Acceleration when power comes [U]; the unit is inferred."""
 

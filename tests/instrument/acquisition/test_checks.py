@@ -53,8 +53,8 @@ def test_the_standard_plan_is_good_and_says_its_figures() -> None:
     assert {check.outcome for check in checks.values()} == {"good"}
     assert checks["run length"].message == "1666 frames, 9996 patterns, 0.4998 s"
     assert checks["field"].message == "256 x 256 of 1024 x 768 mirrors"
-    # 6.25 mm of ramp on both sides of 25 mm/s x 0.4998 s
-    assert checks["stage"].message.startswith("0 mm to 24.99 mm")
+    # 6.25 mm of ramp on both sides of 25 mm/s x (0.2 + 0.4998) s
+    assert checks["stage"].message == "0 mm to 29.99 mm, travel 0 to 400 mm; run-up 0.6 s"
 
 
 def test_22_7_khz_is_the_fastest_that_a_v7000_plays() -> None:
@@ -106,7 +106,7 @@ def test_both_ends_of_the_way_must_lie_in_the_travel() -> None:
     checks = checked(Plan(frames=1666, motion=MotionPlan(start_mm=10, velocity_mm_s=-25)))
     error = error_of(checks["stage end"])
     assert isinstance(error, TravelExceeded)
-    assert "-14.995 mm" in str(error)
+    assert "-19.995 mm" in str(error)
 
 
 def test_motion_per_frame_is_held_against_the_unambiguous_range() -> None:
