@@ -108,6 +108,8 @@ def collect(
     least = enough if timeout_s > 0 else 1
     while handover.left and handover.fault is None:
         poll(min(least, handover.left))
+        if handover.ready:
+            deadline_s = min(deadline_s, clock.now_s() + run.latency_s)  # what is in hand is not held back
         rest_s = deadline_s - clock.now_s()
         if handover.ready >= min(enough, handover.left) or handover.fault is not None or rest_s <= 0:
             break

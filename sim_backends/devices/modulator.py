@@ -167,12 +167,13 @@ class SimulatedModulator:
         clock = self._bench.clock
         deadline_s, end_s = clock.now_s() + timeout_s, self._bench.shown_until_s
         clock.advance_to(min(deadline_s, end_s))
-        if self.running:
+        if self.running and self._loaded is not None:
+            given, pictures = len(self._bench.edges(0, clock.now_s())), len(self._loaded[0].play_order)
             raise DeviceTimeout(
                 _NAME,
                 awaited="the end of the play order",
                 waited_s=timeout_s,
-                progress="still playing",
+                progress=f"{given} of {pictures} sync edges given, still playing",
                 remedy="halt the modulator, and allow at least picture time times pictures",
             )
 

@@ -1,0 +1,1 @@
+"""Every device of ours against the contract of its protocol."""

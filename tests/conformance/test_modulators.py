@@ -1,0 +1,14 @@
+"""Every modulator of ours keeps the contract."""
+
+import pytest
+
+from protocols.conformance import ModulatorRig, RigFactory
+from protocols.conformance.test_modulator import *  # noqa: F403
+from protocols.conformance.test_modulator_machine import *  # noqa: F403
+from tests.conformance.rigs import dlp7000, simulated_modulator
+
+
+@pytest.fixture(params=[simulated_modulator, dlp7000], ids=lambda factory: factory.__name__)
+def open_rig(request: pytest.FixtureRequest) -> RigFactory[ModulatorRig]:
+    factory: RigFactory[ModulatorRig] = request.param
+    return factory
