@@ -190,7 +190,7 @@ def _motion(plan: Plan, stage: LinearStage) -> list[Check]:
     if found:
         return found
     low, high = stage.limits.travel_mm
-    where = f"{motion.start_mm:g} mm to {end_mm:.4g} mm, travel {low:g} to {high:g} mm"
+    where = f"{motion.start_mm:g} mm to {end_mm:.5g} mm, travel {low:g} to {high:g} mm"
     run_up = f"run-up {motion.run_up_s:.3g} s" if motion.run_up_s else "no run-up"
     return [_good("stage", f"{where}; {run_up}")]
 

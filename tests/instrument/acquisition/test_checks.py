@@ -54,7 +54,7 @@ def test_the_standard_plan_is_good_and_says_its_figures() -> None:
     assert checks["run length"].message == "1666 frames, 9996 patterns, 0.4998 s"
     assert checks["field"].message == "256 x 256 of 1024 x 768 mirrors"
     # 6.25 mm of ramp on both sides of 25 mm/s x (0.2 + 0.4998) s
-    assert checks["stage"].message == "0 mm to 29.99 mm, travel 0 to 400 mm; run-up 0.6 s"
+    assert checks["stage"].message == "0 mm to 29.995 mm, travel 0 to 400 mm; run-up 0.6 s"
 
 
 def test_22_7_khz_is_the_fastest_that_a_v7000_plays() -> None:
