@@ -131,6 +131,8 @@ class Task:
         return {
             ("Task", c.TASK_NAME): lambda: self.name,
             ("Task", c.TASK_CHANNELS): lambda: self.channel,
+            ("Task", c.TASK_DEVICES): lambda: self.device,
+            ("Task", c.TASK_NUM_DEVICES): lambda: int(bool(self.device)),
             ("Task", c.TASK_NUM_CHANS): lambda: int(bool(self.counter)),
             ("Read", c.READ_CHANNELS): lambda: self.channel,
             ("Read", c.READ_NUM_CHANS): lambda: int(bool(self.counter)),

@@ -1,5 +1,6 @@
 """Which samples a counter gives: cumulative counts at each edge, to the bit those of the bench."""
 
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -7,6 +8,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from protocols import BenchContext, CounterRun
+from sim_backends.devices.counter import CounterSettings, open_counter
 from tests.sim_backends.projector import PICTURE_S
 from tests.sim_backends.wire.ni.rig import (
     FINITE,
@@ -18,6 +21,7 @@ from tests.sim_backends.wire.ni.rig import (
     ni_rig,
     read,
     read_failing,
+    readers,
 )
 
 
@@ -284,3 +288,44 @@ def test_two_edges_too_close_together_are_an_overrun() -> None:
             read(task, 1)
         assert raised.value.error_code == -201314
         assert not isinstance(raised.value, errors.DaqReadError)
+
+
+def test_two_threads_that_read_in_turn_lose_nothing() -> None:
+    with ni_rig() as rig:
+        tasks = [rig.task(), rig.task(counter="Dev1/ctr1", term="/Dev1/100MHzTimebase")]
+        rig.show(600)
+
+        def in_blocks(task: Any) -> list[int]:
+            return [int(sample) for _ in range(40) for sample in read(task, 15)]
+
+        with ThreadPoolExecutor(2) as pool:
+            photons, ticks = pool.map(in_blocks, tasks)
+        assert photons == cumulated(rig.bins(599))
+        assert ticks == [100_000 + 5_000 * k for k in range(600)]
+
+
+def test_counts_and_edge_times_are_those_of_the_simulated_counter() -> None:
+    """Same seed, another bench: one board deep, one not."""
+    with ni_rig(scene={"sync_jitter_s": 1e-6}) as rig:
+        photons, clock = rig.task(), rig.task(counter="Dev1/ctr1", term="/Dev1/100MHzTimebase")
+        rig.show(600)
+        bins, ticks = np.diff(read(photons, 601)), read(clock, 601).astype(np.int64)
+    with ni_rig(scene={"sync_jitter_s": 1e-6}) as rig:
+        counter = open_counter(CounterSettings(), BenchContext(scene=rig.bench))
+        counter.arm(CounterRun(n_bins=600, period_s=PICTURE_S, latency_s=1.0))
+        rig.show(600)
+        block = counter.read(1.0)
+    assert bins.tolist() == block.counts.tolist()
+    assert block.opening_edge_s is not None
+    assert (ticks[:-1] - ticks[0]) * 1e-8 == pytest.approx(block.opening_edge_s, abs=1.01e-8)
+
+
+def test_one_sample_can_be_read_alone() -> None:
+    with ni_rig() as rig:
+        task = rig.task()
+        rig.show(2)
+        reader = readers.CounterReader(task.in_stream)
+        assert reader.read_one_sample_uint32(timeout=1.0) == 3
+        assert reader.read_one_sample_double(timeout=1.0) == 3.0 + rig.bins(1)[0]
+        reader.read_one_sample_uint32(timeout=1.0)
+        assert code_of(reader.read_one_sample_uint32, timeout=1.0) == -200284

@@ -165,3 +165,27 @@ def test_closing_twice_is_allowed() -> None:
     with ni_rig() as rig:
         rig.options.close()
         rig.options.close()
+
+
+def test_a_task_is_started_and_stopped_by_control_too_and_tells_its_channels() -> None:
+    with ni_rig() as rig:
+        task = rig.task(start=False)
+        task.control(constants.TaskMode.TASK_START)
+        task.start()
+        assert not task.is_task_done()
+        assert (task.channel_names, task.number_of_channels, task.number_of_devices) == (["Dev1/ctr0"], 1, 1)
+        task.control(constants.TaskMode.TASK_STOP)
+        assert task.is_task_done()
+        task.wait_until_done(1.0)
+        assert rig.bench.clock.now_s() == 0.0
+
+
+def test_counting_down_is_a_direction_and_other_directions_are_refused() -> None:
+    with ni_rig() as rig:
+        chans = rig.raw_task().ci_channels
+        down = constants.CountDirection.COUNT_DOWN
+        external = constants.CountDirection.EXTERNAL_SOURCE
+        assert code_of(chans.add_ci_count_edges_chan, "Dev1/ctr0", count_direction=external) == -200077
+        chans.add_ci_count_edges_chan("Dev1/ctr0", count_direction=down, initial_count=1000)
+        task = chans[0]
+        assert task.ci_count == 1000

@@ -1,5 +1,6 @@
 """An emulated USB-CTR behind pyusb: the one typed place for a package without types."""
 
+import errno
 import importlib
 import struct
 from collections.abc import Sequence
@@ -17,7 +18,9 @@ _core: Any = importlib.import_module("usb.core")
 _util: Any = importlib.import_module("usb.util")
 find, dispose, USBError = _core.find, _util.dispose_resources, _core.USBError
 
-NO_DEVICE, STALL, TIMEOUT, OVERFLOW, BUSY, NO_ACCESS = 19, 32, 110, 75, 16, 13
+NO_DEVICE, STALL, TIMEOUT, OVERFLOW, BUSY, NO_ACCESS, NOT_FOUND = (
+    errno.ENODEV, errno.EPIPE, errno.ETIMEDOUT, errno.EOVERFLOW, errno.EBUSY, errno.EACCES, errno.ENOENT,
+)  # fmt: skip
 
 
 class Rig:

@@ -4,7 +4,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.sim_backends.wire.usb_ctr.rig import BUSY, NO_ACCESS, NO_DEVICE, STALL, TIMEOUT, Rig, dispose, errno_of, find
+from tests.sim_backends.wire.usb_ctr.rig import (
+    BUSY,
+    NO_ACCESS,
+    NO_DEVICE,
+    NOT_FOUND,
+    STALL,
+    TIMEOUT,
+    Rig,
+    dispose,
+    errno_of,
+    find,
+)
 
 
 def test_the_device_is_found_by_its_numbers_and_tells_its_names() -> None:
@@ -166,6 +177,26 @@ def test_a_control_transfer_can_stall_time_out_or_be_late() -> None:
     assert rig.bench.clock.now_s() == 1.0
     assert rig.status() == 0x0100
     assert rig.bench.clock.now_s() == 1.5
+
+
+def test_what_the_device_has_not_is_not_found() -> None:
+    rig = Rig()
+    rig.status()
+    assert not rig.device.is_kernel_driver_active(0)
+    assert errno_of(rig.device.detach_kernel_driver, 0) == NOT_FOUND
+    assert errno_of(rig.backend.claim_interface, rig.backend.open_device(None), 1) == NOT_FOUND
+    assert errno_of(rig.device.ctrl_transfer, 0x80, 0x06, 0x0309, 0, 8) == STALL
+    assert errno_of(rig.device.ctrl_transfer, 0x21, 0x40, 0, 0, b"") == STALL
+    assert len(list(rig.device)) == 1
+
+
+def test_a_device_that_is_gone_answers_nothing() -> None:
+    rig = Rig()
+    rig.out(0x42)
+    assert errno_of(rig.device.clear_halt, 0x86) == NO_DEVICE
+    assert errno_of(rig.device.reset) == NO_DEVICE
+    assert errno_of(rig.backend.open_device, None) == NO_DEVICE
+    assert errno_of(rig.backend.set_configuration, None, 1) == NO_DEVICE
 
 
 # Timers

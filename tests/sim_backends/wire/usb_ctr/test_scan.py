@@ -7,7 +7,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from protocols import BenchContext, InputError
+from protocols import BenchContext, CounterRun, InputError
+from sim_backends.devices.counter import CounterSettings, open_counter
 from sim_backends.wire.usb_ctr import UsbCtrSettings, plugin
 from tests.sim_backends.projector import PICTURE_S, bench_with
 from tests.sim_backends.wire.usb_ctr.rig import NO_DEVICE, OVERFLOW, PHOTONS, STALL, TIMEOUT, Rig, errno_of
@@ -321,3 +322,16 @@ def test_in_whatever_pieces_it_is_read_no_word_is_lost_or_doubled(
 def test_a_scene_that_counts_no_photons_is_refused() -> None:
     with pytest.raises(InputError, match=r'choose noise = \{ kind = "poisson" \}'):
         plugin.open(UsbCtrSettings(), BenchContext(scene=bench_with(noise={"kind": "pixel"})))
+
+
+def test_counts_are_those_of_the_simulated_counter() -> None:
+    """Same seed, another bench."""
+    rig = Rig()
+    rig.scan(scans=601)
+    rig.show(600)
+    words = rig.read_words(601)
+    other = Rig()
+    counter = open_counter(CounterSettings(), BenchContext(scene=other.bench))
+    counter.arm(CounterRun(n_bins=600, period_s=PICTURE_S, latency_s=1.0))
+    other.show(600)
+    assert words[1:] == counter.read(1.0).counts.tolist()
