@@ -49,4 +49,4 @@ def _noise_variance(recording: Recording) -> float:
     steps = np.diff(total[np.isfinite(total)])
     if len(steps) < 2:
         return float("inf")
-    return float(_GAUSSIAN_MAD * np.median(np.abs(steps - np.median(steps)))) ** 2 / 4
+    return float(_GAUSSIAN_MAD * np.median(np.abs(steps))) ** 2 / 4

@@ -46,7 +46,7 @@ def track_per_frame(recording: Recording, *, reference_frames: int = 1, mean_fil
     variance = found.phase_variance(phase + np.angle(reference))
     from_reference = variance[:reference_frames][resting].mean(axis=0) / max(mean_filter, np.count_nonzero(resting))
     radians = 2 * np.pi * recording.plan.frequency_per_px
-    displacement = phase / -radians
+    displacement = (phase if reference_frames > 1 else phase - phase[0]) / -radians
     sigma = np.sqrt(variance / mean_filter + from_reference) / radians
     if reference_frames == 1:
         sigma[0] = 0.0

@@ -37,15 +37,14 @@ def track_smooth(recording: Recording) -> Trajectory:
         variance[0] = 0.0
         return _trajectory(recording, phase, variance, found.valid, radians)
 
-    amplitude, deviation = found.clarity()
-    noise: Floats = (deviation / amplitude) ** 2
-    first = _fitted(phase, _weights(found, phase), noise, None)
-    phase, path = _against(found, _path(first)), _path(first)
-    fits = _fitted(phase, _weights(found, path), noise, first)
+    first = _fitted(found, phase, phase, None)
+    path = _path(first)
+    fits = _fitted(found, _against(found, path), path, first)
     path = _path(fits)
 
     way_px: Floats = np.hypot(path[:, 0] - path[0, 0], path[:, 1] - path[0, 1]) / radians
     changed = 1 - np.exp(-((way_px / _DITHER_REACH_PX) ** 2))
+    amplitude, _ = found.clarity()
     seen: Floats = (found.coefficient * np.conj(_direction(path))).real / amplitude
     variance = np.empty_like(path)
     for axis, fit in enumerate(fits):
@@ -55,14 +54,16 @@ def track_smooth(recording: Recording) -> Trajectory:
     return _trajectory(recording, path, variance, found.valid, radians)
 
 
-def _fitted(phase: Floats, weights: Floats, noise: Floats, near: _Fits | None) -> _Fits:
+def _fitted(found: Measured, phase: Floats, near_phase: Floats, near: _Fits | None) -> _Fits:
+    """Smooth both axes, each frame weighted by the variance that it has if its phase is about ``near_phase``."""
+    variance = found.phase_variance(near_phase)
+    known = np.isfinite(variance) & (variance > 0)
+    weights = np.zeros_like(variance)
+    weights[known] = 1 / variance[known]
+    if not known.any():
+        weights[found.valid] = 1.0
     x, y = (
-        smooth(
-            phase[:, axis],
-            weights[:, axis],
-            noise_variance=float(noise[axis]) if np.isfinite(noise[axis]) else None,
-            near=None if near is None else near[axis],
-        )
+        smooth(phase[:, axis], weights[:, axis], known=bool(known.any()), near=None if near is None else near[axis])
         for axis in range(2)
     )
     return x, y
@@ -82,16 +83,6 @@ def _trajectory(recording: Recording, phase: Floats, variance: Floats, valid: Ma
     return Trajectory(
         (phase - phase[0]) / -radians, np.sqrt(variance) / radians, recording.frame_time_s, "smooth", valid
     )
-
-
-def _weights(found: Measured, phase: Floats) -> Floats:
-    variance = found.phase_variance(phase)
-    known = np.isfinite(variance) & (variance > 0)
-    if not known.any():
-        return np.stack([found.valid, found.valid], axis=1).astype(np.float64)
-    weights = np.zeros_like(variance)
-    weights[known] = 1 / variance[known]
-    return weights
 
 
 def _direction(path: Floats) -> Coefficients:

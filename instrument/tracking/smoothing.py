@@ -68,6 +68,7 @@ class Smooth:
         step = base - base[0]
         cubic = np.einsum("ki,ij,kj->k", step, np.linalg.inv(base.T @ (self._weights[:, None] * base)), step)
         variance: Floats = self.noise_variance * np.maximum(spline + cubic, 0.0)
+        variance[0] = 0.0
         return variance
 
     @cached_property
@@ -95,7 +96,7 @@ def smooth(
     weights: Floats,
     *,
     orders: tuple[int, ...] = ORDERS,
-    noise_variance: float | None = None,
+    known: bool = False,
     near: Smooth | None = None,
 ) -> Smooth:
     """Smooth a series as far as its data allow.
@@ -104,23 +105,23 @@ def smooth(
 
     Args:
         series: ``(n,)``: equidistant data; what stands where the weight is 0 does not count.
-        weights: ``(n,)``: inverse variances in any unit, eight or more of them above 0.
+        weights: ``(n,)``: inverse variances, eight or more of them above 0.
         orders: which p to choose among, the preferred first.
-        noise_variance: of a datum of mean weight, where it is known from elsewhere. The noise is then kept within 0.8 to 1.5
-            times that, so that fast motion is not mistaken for noise, nor noise for motion. None estimates it freely.
+        known: whether weights are inverse variances by size too. The noise is then kept within 0.8 to 1.5 times what they say,
+            so that fast motion is not mistaken for noise, nor noise for motion. Else it is estimated freely.
         near: an earlier result for nearly the same data: only strengths near its own are tried.
     """
     present = weights > 0
-    weights = weights / weights[present].mean()
+    noise = 1 / float(weights[present].mean())
+    weights = weights * noise
+    bounds = (0.8 * noise, 1.5 * noise) if known else (1e-300, np.inf)
     base = _cubic_base(len(series))
     root = np.sqrt(weights)[:, None]
     cubic: Floats = base @ np.linalg.lstsq(root * base, root[:, 0] * np.where(present, series, 0.0))[0]
     rest = np.where(present, series - cubic, 0.0)
-    bounds = (
-        (1e-300, np.inf) if noise_variance is None else (0.8 * noise_variance + 1e-300, 1.5 * noise_variance + 1e-300)
-    )
     if near is not None:
-        fits = [_most_likely(rest, weights, near.order, bounds, np.log10(near.strength) + np.array([-1.0, 0.0, 1.0]))]
+        middle = min(float(np.log10(near.strength)), _STRONGEST[near.order] - 1)
+        fits = [_most_likely(rest, weights, near.order, bounds, middle + np.array([-1.0, 0.0, 1.0]))]
     else:
         fits = [
             _most_likely(rest, weights, order, bounds, np.arange(-2.0, _STRONGEST[order] + 0.1, _STEP))

@@ -6,6 +6,7 @@ pattern. ``shifted`` and a sum over pixels give the same, slowly.
 """
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 
@@ -56,7 +57,7 @@ def simulate(
         light: brightness of the lamp over time; None for 1.
         seed: of the noise.
     """
-    scheme = scheme_of(plan)
+    scheme = _scheme(plan.model_dump_json())
     time_s = (np.arange(6 * plan.frames, dtype=np.float64) + 0.5) * plan.picture_time_s
     places = path(time_s).reshape(plan.frames, 6, 2)
     values, lit = _noise_free(scheme, image, places)
@@ -77,6 +78,12 @@ def simulate(
         photon_counts=peak_counts is not None,
         truth=Truth(displacement_px=middle - start, image=shifted(image, float(start[0]), float(start[1]))),
     )
+
+
+@lru_cache(maxsize=4)
+def _scheme(plan: str) -> FourierHadamard:
+    """Kept, as dithering takes longer than all the rest; by the plan's JSON, as a pydantic model is no key to type checkers."""
+    return scheme_of(Plan.from_json(plan))
 
 
 def _noise_free(scheme: FourierHadamard, image: Floats, places: Floats) -> tuple[Floats, Floats]:

@@ -1,0 +1,78 @@
+"""Counts into light."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from instrument.light import corrected_values
+from instrument.plan import Plan
+from instrument.recording import Recording
+from protocols import Floats, InputError
+
+
+def _recording(values: Floats, *, photon_counts: bool) -> Recording:
+    return Recording(
+        plan=Plan(frames=len(values)),
+        values=values,
+        frame_valid=np.ones(len(values), np.bool_),
+        picture_time_s=50e-6,
+        photon_counts=photon_counts,
+    )
+
+
+def test_dead_time_and_dark_counts_by_hand() -> None:
+    """250 counts in 50 us at 20 ns: dead for 10 %, so 250 / 0.9; 40,000 dark counts a second are 2 a pattern."""
+    recording = replace(_recording(np.full((1, 6), 250.0), photon_counts=True), dead_time_s=20e-9, dark_rate_hz=40e3)
+
+    values, variance = corrected_values(recording)
+
+    np.testing.assert_allclose(values, 250 / 0.9 - 2)
+    np.testing.assert_allclose(variance, 250 / 0.9**2)
+
+
+def test_the_stated_variance_is_that_of_a_simulated_counter_with_dead_time() -> None:
+    """Arrivals at 400 in 50 us, each followed by 30 ns of blindness: counted one by one."""
+    rng = np.random.default_rng(2)
+    tau, span, rate = 30e-9, 50e-6, 8e6
+    # Time from count to count is the dead time plus an exponential wait.
+    counts = (np.cumsum(tau + rng.exponential(1 / rate, (6000, 600)), axis=1) < span).sum(axis=1).astype(np.float64)
+    recording = replace(_recording(counts.reshape(1000, 6), photon_counts=True), dead_time_s=tau)
+
+    values, variance = corrected_values(recording)
+
+    assert abs(values.mean() / 400 - 1) < 0.003
+    assert abs(variance.mean() / values.var() - 1) < 0.06
+
+
+def test_an_empty_bin_is_no_certainty() -> None:
+    values, variance = corrected_values(_recording(np.zeros((1, 6)), photon_counts=True))
+
+    assert values.tolist() == [[0.0] * 6]
+    assert variance.tolist() == [[1.0] * 6]
+
+
+def test_more_counts_than_the_dead_time_allows_are_refused() -> None:
+    recording = replace(_recording(np.full((1, 6), 2600.0), photon_counts=True), dead_time_s=20e-9)
+
+    with pytest.raises(InputError, match="fewer than 2500, as the dead time is 20 ns"):
+        corrected_values(recording)
+
+
+def test_another_detectors_noise_is_read_off_the_total_light_whatever_its_drift_and_outliers() -> None:
+    rng = np.random.default_rng(3)
+    values = 400 + rng.normal(size=(4000, 6)) * 3 + np.linspace(0, 200, 4000)[:, None]
+    values[1000] = np.nan
+    values[2000] = 1e6
+
+    same, variance = corrected_values(_recording(values, photon_counts=False))
+
+    np.testing.assert_array_equal(same, values)
+    assert variance.shape == values.shape
+    assert abs(variance[0, 0] / 9 - 1) < 0.07
+
+
+def test_noise_of_two_frames_is_unknown() -> None:
+    _, variance = corrected_values(_recording(np.ones((2, 6)), photon_counts=False))
+
+    assert np.isinf(variance).all()
