@@ -1,10 +1,11 @@
 """Rig factories for our own devices: the simulated ones, and the real drivers on their emulators."""
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from contextlib import ExitStack, contextmanager
 from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -12,9 +13,9 @@ import numpy as np
 from protocols import BenchContext, DriverPlugin, Floats, LinearStage, PatternModulator, PhotonCounter, TransportPlugin
 from protocols.conformance import CounterRig, ModulatorRig, StageRig
 from sim_backends.bench import OpticalBench, Projection, SceneSettings
-from sim_backends.devices import counter as simulated_counter_module
-from sim_backends.devices import modulator as simulated_modulator_module
-from sim_backends.devices import stage as simulated_stage_module
+from sim_backends.devices.counter import CounterSettings, SimulatedCounter
+from sim_backends.devices.modulator import ModulatorSettings, SimulatedModulator
+from sim_backends.devices.stage import SimulatedStage, StageSettings
 
 PHOTONS = SceneSettings.model_validate(
     {"object": "letter-B", "noise": {"kind": "poisson", "peak_counts": 1000.0, "seed": 1}}
@@ -22,10 +23,15 @@ PHOTONS = SceneSettings.model_validate(
 """Photons enough that a bright bin is never mistaken for a dark one."""
 
 
+def _not_carried(time_s: Floats) -> Floats:
+    """Where the carriage is before a stage has been opened."""
+    return np.full(len(time_s), 123.4)
+
+
 class WatchedBench(OpticalBench):
     """An optical bench that tells where the carriage is."""
 
-    _position_mm: Callable[[Floats], Floats] | None = None
+    _position_mm: Callable[[Floats], Floats] = staticmethod(_not_carried)
 
     def carry(self, position_mm: Callable[[Floats], Floats]) -> None:
         """As ``OpticalBench.carry``."""
@@ -34,7 +40,6 @@ class WatchedBench(OpticalBench):
 
     def carriage_mm(self) -> float:
         """Where the carriage is now."""
-        assert self._position_mm is not None
         return float(self._position_mm(np.array([self.clock.now_s()]))[0])
 
 
@@ -59,7 +64,8 @@ def _device(path: str, bench: OpticalBench, transport: object | None = None, **s
 # Modulators
 
 
-def _modulator_rig(bench: OpticalBench, open_modulator: Callable[[], PatternModulator]) -> ModulatorRig:
+def modulator_rig(bench: OpticalBench, open_modulator: Callable[[], PatternModulator]) -> ModulatorRig:
+    """Watch the sync line on the bench."""
     return ModulatorRig(
         open=open_modulator, clock=bench.clock, sync_edges=lambda: bench.edges(0, bench.clock.now_s()).time_s
     )
@@ -69,28 +75,42 @@ def _modulator_rig(bench: OpticalBench, open_modulator: Callable[[], PatternModu
 def simulated_modulator() -> Generator[ModulatorRig]:
     """The simulated DMD."""
     bench = OpticalBench(SceneSettings())
-    settings = simulated_modulator_module.ModulatorSettings()
-    yield _modulator_rig(bench, lambda: simulated_modulator_module.SimulatedModulator(settings, bench))
+    settings = ModulatorSettings()
+    yield modulator_rig(bench, lambda: SimulatedModulator(settings, bench))
 
 
 @contextmanager
 def dlp7000() -> Generator[ModulatorRig]:
     """The DLP7000's driver on an emulated ALP-4 library."""
+    with _dlp7000() as rig:
+        yield rig
+
+
+@contextmanager
+def dlp7000_without_table() -> Generator[ModulatorRig]:
+    """The same on a board without frame look-up table, which has to store the play order picture by picture."""
+    with _dlp7000(flut_max_entries9=0) as rig:
+        yield rig
+
+
+@contextmanager
+def _dlp7000(**board: object) -> Generator[ModulatorRig]:
     bench = OpticalBench(SceneSettings())
-    library = _transport("sim_backends.wire.alp.plugin:plugin", bench)
-    yield _modulator_rig(bench, lambda: _device("drivers.dlp7000.plugin:plugin", bench, library))
+    library = _transport("sim_backends.wire.alp.plugin:plugin", bench, **board)
+    yield modulator_rig(bench, lambda: _device("drivers.dlp7000.plugin:plugin", bench, library))
 
 
 # Counters
 
 
-def _counter_rig(bench: OpticalBench, open_counter: Callable[[], PhotonCounter]) -> CounterRig:
-    planes = np.stack([np.full((bench_rows, 128), fill, np.uint8) for bench_rows, fill in ((768, 0xFF), (768, 0x00))])
+def counter_rig(bench: OpticalBench, open_counter: Callable[[], PhotonCounter]) -> CounterRig:
+    """Light the whole field and darken it, in turns."""
+    lit_and_dark = np.stack([np.full((768, 128), fill, np.uint8) for fill in (0xFF, 0x00)])
 
     def play(n: int, period_s: float) -> None:
         order = np.arange(n) % 2
         order[-1] = 1
-        bench.show(Projection(bench.clock.now_s() + period_s, period_s, lambda index: planes[index], order))
+        bench.show(Projection(bench.clock.now_s() + period_s, period_s, lambda index: lit_and_dark[index], order))
 
     return CounterRig(open=open_counter, clock=bench.clock, play=play, bright_first=True)
 
@@ -99,16 +119,16 @@ def _counter_rig(bench: OpticalBench, open_counter: Callable[[], PhotonCounter])
 def simulated_counter() -> Generator[CounterRig]:
     """The simulated counter, counting photons."""
     bench = OpticalBench(PHOTONS)
-    settings = simulated_counter_module.CounterSettings()
-    yield _counter_rig(bench, lambda: simulated_counter_module.SimulatedCounter(settings, bench))
+    settings = CounterSettings()
+    yield counter_rig(bench, lambda: SimulatedCounter(settings, bench))
 
 
 @contextmanager
 def simulated_light_meter() -> Generator[CounterRig]:
     """The simulated counter without noise, which gives light as real numbers, and without edge times."""
     bench = OpticalBench(SceneSettings())
-    settings = simulated_counter_module.CounterSettings(edge_times=False, max_bins=1000)
-    yield _counter_rig(bench, lambda: simulated_counter_module.SimulatedCounter(settings, bench))
+    settings = CounterSettings(edge_times=False, max_bins=1000)
+    yield counter_rig(bench, lambda: SimulatedCounter(settings, bench))
 
 
 @contextmanager
@@ -118,19 +138,33 @@ def ni() -> Generator[CounterRig]:
     with ExitStack() as stack:
         options: Any = _transport("sim_backends.wire.ni.plugin:plugin", bench)
         stack.enter_context(options)
-        yield _counter_rig(bench, lambda: _device("drivers.h10682.ni_plugin:plugin", bench, options))
+        yield counter_rig(bench, lambda: _device("drivers.h10682.ni_plugin:plugin", bench, options))
 
 
 @contextmanager
 def usb_ctr() -> Generator[CounterRig]:
     """The USB-CTR driver on an emulated board behind pyusb, which gets its FPGA image first."""
+    with _usb_ctr() as rig:
+        yield rig
+
+
+@contextmanager
+def usb_ctr_with_timer() -> Generator[CounterRig]:
+    """The same with a timer wired to a second input, which times the edges."""
+    with _usb_ctr({"timer_wires": ({"timer": 1, "counter": 1},)}, edge_timer={"timer": 1, "counter": 1}) as rig:
+        yield rig
+
+
+@contextmanager
+def _usb_ctr(board: Mapping[str, object] = MappingProxyType({}), **settings: object) -> Generator[CounterRig]:
     bench = OpticalBench(PHOTONS)
-    backend = _transport("sim_backends.wire.usb_ctr.plugin:plugin", bench)
+    backend = _transport("sim_backends.wire.usb_ctr.plugin:plugin", bench, **board)
     with TemporaryDirectory() as folder:
         image = Path(folder, "usb-ctr.rbf")
         image.write_bytes(bytes(1000))
-        yield _counter_rig(
-            bench, lambda: _device("drivers.h10682.usb_ctr_plugin:plugin", bench, backend, fpga_image=image)
+        yield counter_rig(
+            bench,
+            lambda: _device("drivers.h10682.usb_ctr_plugin:plugin", bench, backend, fpga_image=image, **settings),
         )
 
 
@@ -138,26 +172,29 @@ def usb_ctr() -> Generator[CounterRig]:
 
 
 @contextmanager
-def simulated_stage() -> Generator[StageRig]:
-    """The simulated stage. It stays where it is while nobody has it open, as a real one does."""
+def stage_rig(kind: type[SimulatedStage]) -> Generator[StageRig]:
+    """A simulated stage that stays where it is while nobody has it open, as a real one does."""
     bench = WatchedBench(SceneSettings())
-    stands_mm = [123.4]
-
-    class Remembered(simulated_stage_module.SimulatedStage):
-        def __exit__(self, *exc: object) -> None:
-            super().__exit__(*exc)
-            stands_mm[0] = self.position().reported_mm
 
     def open_stage() -> LinearStage:
-        return Remembered(simulated_stage_module.StageSettings(position_mm=stands_mm[0], homed=False), bench)
+        settings = StageSettings(position_mm=bench.carriage_mm(), homed=False)
+        return kind(settings, bench)
 
     yield StageRig(open=open_stage, clock=bench.clock, carriage_mm=bench.carriage_mm)
 
 
 @contextmanager
-def _ka400z(emulator: str) -> Generator[StageRig]:
+def simulated_stage() -> Generator[StageRig]:
+    """The simulated stage."""
+    with stage_rig(SimulatedStage) as rig:
+        yield rig
+
+
+@contextmanager
+def _ka400z(dialect: str, position_in_motion: str = "auto", **controller: object) -> Generator[StageRig]:
     bench = WatchedBench(SceneSettings())
-    port: Any = _transport(emulator, bench, lead_mm=4.0, microsteps=8, travel_mm=(-50.0, 350.0))
+    emulator = f"sim_backends.wire.zolix.plugin:{dialect}"
+    port: Any = _transport(emulator, bench, lead_mm=4.0, microsteps=8, travel_mm=(-50.0, 350.0), **controller)
 
     def open_stage() -> LinearStage:
         if not port.is_open:  # the driver gave it back when it was closed
@@ -173,6 +210,7 @@ def _ka400z(emulator: str) -> Generator[StageRig]:
             max_acceleration_mm_s2=100.0,
             home_velocity_mm_s=5.0,
             initial_velocity_mm_s=0.5,
+            position_in_motion=position_in_motion,
         )
         return stage
 
@@ -182,12 +220,26 @@ def _ka400z(emulator: str) -> Generator[StageRig]:
 @contextmanager
 def mc600() -> Generator[StageRig]:
     """The KA400Z's driver on an emulated MC600."""
-    with _ka400z("sim_backends.wire.zolix.plugin:mc600") as rig:
+    with _ka400z("mc600") as rig:
+        yield rig
+
+
+@contextmanager
+def mute_mc600() -> Generator[StageRig]:
+    """The same on one that says nothing in motion but takes a stop, which it does not answer."""
+    with _ka400z("mc600", "predict", busy_policy="mute", stop_reply="", stop_ramp="abrupt") as rig:
         yield rig
 
 
 @contextmanager
 def sc300() -> Generator[StageRig]:
     """The KA400Z's driver on an emulated SC300."""
-    with _ka400z("sim_backends.wire.zolix.plugin:sc300") as rig:
+    with _ka400z("sc300") as rig:
+        yield rig
+
+
+@contextmanager
+def talkative_sc300() -> Generator[StageRig]:
+    """The same on one that answers in motion, and ends a stopped motion without a line."""
+    with _ka400z("sc300", busy_policy="answer", stop_completion=False) as rig:
         yield rig

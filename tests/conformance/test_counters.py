@@ -5,10 +5,13 @@ import pytest
 from protocols.conformance import CounterRig, RigFactory
 from protocols.conformance.test_counter import *  # noqa: F403
 from protocols.conformance.test_counter_machine import *  # noqa: F403
-from tests.conformance.rigs import ni, simulated_counter, simulated_light_meter, usb_ctr
+from tests.conformance.rigs import ni, simulated_counter, simulated_light_meter, usb_ctr, usb_ctr_with_timer
 
 
-@pytest.fixture(params=[simulated_counter, simulated_light_meter, ni, usb_ctr], ids=lambda factory: factory.__name__)
+@pytest.fixture(
+    params=[simulated_counter, simulated_light_meter, ni, usb_ctr, usb_ctr_with_timer],
+    ids=lambda factory: factory.__name__,
+)
 def open_rig(request: pytest.FixtureRequest) -> RigFactory[CounterRig]:
     factory: RigFactory[CounterRig] = request.param
     return factory

@@ -5,10 +5,12 @@ import pytest
 from protocols.conformance import ModulatorRig, RigFactory
 from protocols.conformance.test_modulator import *  # noqa: F403
 from protocols.conformance.test_modulator_machine import *  # noqa: F403
-from tests.conformance.rigs import dlp7000, simulated_modulator
+from tests.conformance.rigs import dlp7000, dlp7000_without_table, simulated_modulator
+
+RIGS = [simulated_modulator, dlp7000, dlp7000_without_table]
 
 
-@pytest.fixture(params=[simulated_modulator, dlp7000], ids=lambda factory: factory.__name__)
+@pytest.fixture(params=RIGS, ids=lambda factory: factory.__name__)
 def open_rig(request: pytest.FixtureRequest) -> RigFactory[ModulatorRig]:
     factory: RigFactory[ModulatorRig] = request.param
     return factory
