@@ -65,6 +65,7 @@ class Instrument:
         scene: Scene | None = None,
         clock: Clock | None = None,
         on_abort: OnAbort = "stop",
+        px_per_mm: float | None = None,
         description: str = "{}",
     ) -> None:
         """Compose open devices.
@@ -76,6 +77,7 @@ class Instrument:
             scene: the simulated bench that the devices stand on, for its clock and its truth.
             clock: of the devices; the scene's, or the host's, where None.
             on_abort: what the stage does when a run is broken off.
+            px_per_mm: image pixels a millimetre of stage travel, where it was measured.
             description: JSON of the bench, for the recording.
         """
         if clock is None:
@@ -83,6 +85,7 @@ class Instrument:
         self._devices = Devices(modulator, counter, stage, clock)
         self._scene = scene
         self._on_abort: OnAbort = on_abort
+        self._px_per_mm = px_per_mm
         self._description = description
         self._closing = ExitStack()
         for device in (modulator, counter, stage):
@@ -106,6 +109,7 @@ class Instrument:
             scene=opened.scene,
             clock=devices.clock,
             on_abort=resolved.on_abort,
+            px_per_mm=resolved.px_per_mm,
             description=resolved.as_json(),
         )
         bench._closing = opened.closing
@@ -140,6 +144,7 @@ class Instrument:
             modulator=limits,
             counter=self.counter.limits,
             stage=self.stage,
+            px_per_mm=self._px_per_mm,
         )
 
     def run(

@@ -1,5 +1,7 @@
 """Figures of merit of one analysis: what ``kinopix analyse`` prints and stores."""
 
+from typing import Final
+
 import numpy as np
 from pydantic import NonNegativeFloat, NonNegativeInt
 
@@ -8,6 +10,12 @@ from instrument.reconstruction import Reconstruction
 from instrument.recording import Recording
 from instrument.tracking import Trajectory
 from protocols import Frozen
+
+_LIGHT_CHANGE: Final = 0.05
+"""Change of the total light that is worth a warning."""
+
+_MISFIT: Final = 1.5
+"""Misfit that is worth a warning."""
 
 
 class Figures(Frozen):
@@ -27,6 +35,9 @@ class Figures(Frozen):
 
     misfit: float | None
     """RMS of what image and motion leave unexplained, over the noise; about 1 where both are right."""
+
+    light_change: NonNegativeFloat
+    """Largest change of the field's total light in the run, relative to its median, over tenths of the run."""
 
     analysis_s: NonNegativeFloat
     """Time that tracking and reconstruction took."""
@@ -64,11 +75,34 @@ class Figures(Frozen):
             rows["misfit"] = f"{self.misfit:.3f} (1 is the noise alone)"
         return {**rows, "analysis": f"{self.analysis_s:.2f} s"}
 
+    def warnings(self) -> tuple[str, ...]:
+        """What should make a person doubt the result."""
+        found: list[str] = []
+        if self.light_change > _LIGHT_CHANGE:
+            found.append(
+                f"the field's total light changed by {100 * self.light_change:.0f} % in the run: a lamp that drifts is allowed "
+                "for, an object that leaves the field is not: keep it inside, or record fewer frames"
+            )
+        if self.misfit is not None and self.misfit > _MISFIT:
+            found.append(
+                f"motion and image leave {self.misfit:.1f} times the noise unexplained: doubt both; look for an object that "
+                "leaves the field, a background that was not subtracted, or counts beyond the linear limit"
+            )
+        return tuple(found)
+
     def caption(self) -> str:
         """One line for a picture."""
         if self.psnr_db is None:
             return f"{self.frames} frames, displacement known to {self.sigma_px:.3f} px"
         return f"{self.frames} frames, displacement MSE {self.displacement_mse_px2:.4f} px², image PSNR {self.psnr_db:.1f} dB"
+
+
+def _light_change(recording: Recording) -> float:
+    """Means over tenths of the run, so that noise does not count as change."""
+    total = (recording.values[:, -2] + recording.values[:, -1])[recording.frame_valid]
+    tenths = [float(np.mean(part)) for part in np.array_split(total, 10) if len(part)]
+    middle = float(np.median(tenths)) if tenths else 0.0
+    return max(abs(tenth / middle - 1) for tenth in tenths) if middle > 0 else 0.0
 
 
 def figures_of(recording: Recording, trajectory: Trajectory, reconstruction: Reconstruction, took_s: float) -> Figures:
@@ -81,6 +115,7 @@ def figures_of(recording: Recording, trajectory: Trajectory, reconstruction: Rec
         travel_px=(last[0], last[1]),
         sigma_px=float(np.median(trajectory.sigma_px)),
         misfit=reconstruction.misfit if np.isfinite(reconstruction.misfit) else None,
+        light_change=_light_change(recording),
         analysis_s=took_s,
     )
     if truth is None:

@@ -54,12 +54,16 @@ class Analysis:
         return np.pad(rows, ((0, frames - len(rows)), (0, 0)), constant_values=np.nan)
 
 
+def _tell_nobody(what: str, done: int, total: int) -> None:
+    """Take no notice of progress."""
+
+
 def analyse(
     recording: Recording,
     *,
     tracking: Tracking = "joint",
     method: Method = "tv",
-    on_step: OnStep = lambda what, done, total: None,
+    on_step: OnStep | None = None,
 ) -> Analysis:
     """Track the object, reconstruct its image, and judge both.
 
@@ -72,10 +76,11 @@ def analyse(
     Raises:
         InputError: no usable frame, or an object that leaves the field.
     """
+    tell: OnStep = on_step or _tell_nobody
     started_s = time.perf_counter()
-    on_step("following the object", 0, 3)
+    tell("following the object", 0, 3)
     trajectory = track(recording, "per-frame" if tracking == "per-frame" else "smooth")
-    on_step("reconstructing", 1, 3)
+    tell("reconstructing", 1, 3)
     reconstruction: Reconstruction | None = None
     if tracking == "joint":
         refined = refine(recording, trajectory)
@@ -83,8 +88,8 @@ def analyse(
     if reconstruction is None or method != "tv":
         reconstruction = reconstruct(recording, trajectory, method)
     took_s = time.perf_counter() - started_s
-    on_step("comparing", 2, 3)
+    tell("comparing", 2, 3)
     ignored = reconstruct(recording, np.zeros((len(recording), 2)), "conventional").image
     figures = figures_of(recording, trajectory, reconstruction, took_s)
-    on_step("done", 3, 3)
+    tell("done", 3, 3)
     return Analysis(recording, tracking, trajectory, reconstruction, ignored, figures)

@@ -64,12 +64,15 @@ def analysed(recording: Recording, tracking: Tracking, method: Method) -> Analys
         warn(f"{masked} of {len(recording)} frames are masked by the timing audit and left out")
     with progress() as bars:
         task = bars.add_task("analysis", total=None)
-        return analyse(
+        analysis = analyse(
             recording,
             tracking=tracking,
             method=method,
             on_step=lambda what, done, total: bars.update(task, description=what, completed=done, total=total),
         )
+    for doubt in analysis.figures.warnings():
+        warn(doubt)
+    return analysis
 
 
 def store(file: Path, recording: Recording, analysis: Analysis) -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, Literal, TypeAlias, TypeVar
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, PositiveFloat, ValidationError
 
 from instrument.config.check import check_table
 from instrument.config.discovery import (
@@ -49,6 +49,9 @@ class StageTable(DeviceTable):
 
     on_abort: OnAbort = "stop"
     """What the stage does when a run is broken off."""
+
+    px_per_mm: PositiveFloat | None = None
+    """Image pixels a millimetre of travel, where it was measured: lets plans be checked for displacement a frame."""
 
 
 class SceneTable(AnyTable):
@@ -127,6 +130,9 @@ class ResolvedBench:
     on_abort: OnAbort = "stop"
     """What the stage does when a run is broken off."""
 
+    px_per_mm: float | None = None
+    """Image pixels a millimetre of stage travel, where it was measured."""
+
     scene: Resolved[ScenePlugin[Any]] | None = None
     """The simulated bench; None where all devices are real."""
 
@@ -140,7 +146,7 @@ class ResolvedBench:
         bench = {
             "modulator": self.modulator.as_dict(),
             "counter": self.counter.as_dict(),
-            "stage": {**self.stage.as_dict(), "on_abort": self.on_abort},
+            "stage": {**self.stage.as_dict(), "on_abort": self.on_abort, "px_per_mm": self.px_per_mm},
             "scene": self.scene.as_dict() if self.scene else None,
         }
         return json.dumps(bench, indent=2)
@@ -162,7 +168,15 @@ def load_bench(path: str | Path) -> ResolvedBench:
     scene = search.scene()
     if config is None or modulator is None or counter is None or stage is None or problems:
         raise ConfigError(document.path, problems)
-    return ResolvedBench(document.path, modulator, counter, stage, config.stage.on_abort, scene)
+    return ResolvedBench(
+        path=document.path,
+        modulator=modulator,
+        counter=counter,
+        stage=stage,
+        on_abort=config.stage.on_abort,
+        px_per_mm=config.stage.px_per_mm,
+        scene=scene,
+    )
 
 
 TableT = TypeVar("TableT", bound=BaseModel)

@@ -18,7 +18,7 @@ PluginKind: TypeAlias = Literal["modulator", "counter", "stage", "transport", "s
 
 Plugin: TypeAlias = DriverPlugin[Any, Any] | TransportPlugin[Any] | ScenePlugin[Any]
 
-RESERVED_KEYS = ("driver", "transport", "emulator", "on_abort")
+RESERVED_KEYS = ("driver", "transport", "emulator", "on_abort", "px_per_mm")
 """Keys of a device table of bench.toml that belong to the framework, so that no driver's settings may use them."""
 
 _TYPES: dict[PluginKind, type[Plugin]] = {

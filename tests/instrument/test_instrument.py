@@ -126,6 +126,13 @@ def test_all_that_is_wrong_with_a_plan_is_said_at_once(tmp_path: Path) -> None:
             report.raise_errors()
 
 
+def test_the_scale_of_the_bench_is_used_in_the_check(tmp_path: Path) -> None:
+    """25 mm/s x 1.8 px/mm x 300 us."""
+    with Instrument.from_toml(bench_toml(tmp_path, stage="px_per_mm = 1.8")) as bench:
+        messages = [check.message for check in bench.check(SMALL).checks if check.name == "displacement"]
+    assert messages == ["0.0135 px a frame, unambiguous within 8 px"]
+
+
 def test_leaving_makes_the_others_safe_when_one_device_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def broken() -> None:
         raise OSError("the cable is gone")
