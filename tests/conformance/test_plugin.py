@@ -1,5 +1,7 @@
 """The option ``--kinopix-driver``: what it names, and what it answers to a wrong name."""
 
+import subprocess
+import sys
 from contextlib import AbstractContextManager
 
 import pytest
@@ -7,6 +9,11 @@ import pytest
 from protocols.conformance import CounterRig, ModulatorRig, StageRig
 from protocols.conformance.plugin import import_factory, rig_type
 from tests.conformance import rigs
+
+
+def test_only_the_suites_themselves_need_pytest() -> None:
+    code = "import sys, protocols.conformance; sys.exit('pytest' in sys.modules or 'hypothesis' in sys.modules)"
+    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 def test_a_factory_is_found_by_its_module_and_name() -> None:

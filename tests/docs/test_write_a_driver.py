@@ -4,7 +4,6 @@ import os
 import re
 import subprocess
 import sys
-from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
@@ -43,12 +42,6 @@ def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def command() -> list[str]:
-    """The command of the page; where the entry point is older than pyproject.toml, with the plug-in named."""
-    installed = entry_points(group="pytest11", name="kinopix-conformance")
-    return [] if installed else ["-p", "protocols.conformance.plugin"]
-
-
 def test_the_page_has_the_four_files() -> None:
     assert list(code_blocks()) == [
         "acme_stage/driver.py",
@@ -61,7 +54,7 @@ def test_the_page_has_the_four_files() -> None:
 
 def test_the_driver_of_the_page_conforms(package: Path) -> None:
     options = ["--pyargs", "protocols.conformance", "--kinopix-driver", "acme_stage.conformance:stage_rig"]
-    done = run(package, *command(), *options)
+    done = run(package, *options)
     assert done.returncode == 0, done.stdout + done.stderr
     passed = re.search(r"(\d+) passed in", done.stdout)
     assert passed, done.stdout
@@ -76,7 +69,7 @@ def test_the_suite_may_be_imported_instead(package: Path) -> None:
 
 
 def test_without_a_driver_the_suite_says_what_to_add(package: Path) -> None:
-    done = run(package, *command(), "--pyargs", "protocols.conformance")
+    done = run(package, "--pyargs", "protocols.conformance")
     assert done.returncode == pytest.ExitCode.USAGE_ERROR
     assert "To do: add --kinopix-driver my_package.conformance:stage_rig" in done.stderr
     assert "Traceback" not in done.stderr
