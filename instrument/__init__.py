@@ -1,11 +1,6 @@
 """The framework: plans, acquisition, tracking, reconstruction, and the bench that composes the devices.
 
-    from instrument import Instrument, Plan, track, reconstruct
-
-    with Instrument.from_toml("bench.toml") as bench:
-        recording = bench.run(Plan.from_toml("plan.toml"))
-    motion = track(recording)
-    image = reconstruct(recording, motion)
+A lab script needs `Instrument` and `Plan` to record, `track` and `reconstruct` to analyse.
 """
 
 from instrument.analysis import Analysis, analyse

@@ -88,6 +88,7 @@ def test_the_recording_gets_names_versions_and_all_settings(path: Path) -> None:
             "settings": {"answer_delay_s": 0.2},
         },
         "on_abort": "home",
+        "px_per_mm": None,
     }
 
 
