@@ -191,7 +191,9 @@ def simulated_stage() -> Generator[StageRig]:
 
 
 @contextmanager
-def _ka400z(dialect: str, position_in_motion: str = "auto", **controller: object) -> Generator[StageRig]:
+def _ka400z(
+    dialect: str, settings: Mapping[str, object] = MappingProxyType({}), **controller: object
+) -> Generator[StageRig]:
     bench = WatchedBench(SceneSettings())
     emulator = f"sim_backends.wire.zolix.plugin:{dialect}"
     port: Any = _transport(emulator, bench, lead_mm=4.0, microsteps=8, travel_mm=(-50.0, 350.0), **controller)
@@ -209,8 +211,7 @@ def _ka400z(dialect: str, position_in_motion: str = "auto", **controller: object
             max_velocity_mm_s=20.0,
             max_acceleration_mm_s2=100.0,
             home_velocity_mm_s=5.0,
-            initial_velocity_mm_s=0.5,
-            position_in_motion=position_in_motion,
+            **settings,
         )
         return stage
 
@@ -227,7 +228,9 @@ def mc600() -> Generator[StageRig]:
 @contextmanager
 def mute_mc600() -> Generator[StageRig]:
     """The same on one that says nothing in motion but takes a stop, which it does not answer."""
-    with _ka400z("mc600", "predict", busy_policy="mute", stop_reply="", stop_ramp="abrupt") as rig:
+    with _ka400z(
+        "mc600", {"position_in_motion": "predict"}, busy_policy="mute", stop_reply="", stop_ramp="abrupt"
+    ) as rig:
         yield rig
 
 
@@ -240,6 +243,7 @@ def sc300() -> Generator[StageRig]:
 
 @contextmanager
 def talkative_sc300() -> Generator[StageRig]:
-    """The same on one that answers in motion, and ends a stopped motion without a line."""
-    with _ka400z("sc300", busy_policy="answer", stop_completion=False) as rig:
+    """The same on one that answers in motion, ends a stopped motion without a line, and takes no start velocity of 0."""
+    start = {"initial_velocity_mm_s": 0.5}
+    with _ka400z("sc300", start, busy_policy="answer", stop_completion=False, zero_initial_speed=False) as rig:
         yield rig
