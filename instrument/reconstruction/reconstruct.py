@@ -8,10 +8,10 @@ from numpy.typing import DTypeLike, NDArray
 
 from instrument.reconstruction.conventional import inverse_walsh
 from instrument.reconstruction.dgi import ghost_image
-from instrument.reconstruction.operator import ShiftedHadamard
+from instrument.reconstruction.operator import ShiftedHadamard, Singles
 from instrument.reconstruction.region import Region
 from instrument.reconstruction.rows import NEGATIVE, POSITIVE, Measurement, as_trajectory, places_px
-from instrument.reconstruction.tv import total_variation
+from instrument.reconstruction.tv import TvState, total_variation
 from instrument.recording import Recording
 from instrument.tracking import Trajectory
 from protocols import Floats
@@ -75,26 +75,36 @@ def reconstruct(
         InputError: no valid frame, displacements of another shape, or a way too long for the field.
     """
     measurement = Measurement.of(recording, steady_object=region)
-    trajectory = as_trajectory(motion, recording)
-    places = places_px(trajectory, recording, measurement)
+    places = places_px(as_trajectory(motion, recording), recording, measurement)
     size = measurement.size
     area = Region.inside(places.reshape(-1, 2), size) if region else Region.whole(size)
-    misfit, iterations = float("nan"), 0
     if method == "dgi":
-        image = area.paste(_ghost(measurement, places, area), size)
-    elif method == "conventional":
-        area = Region.whole(size)
+        return finished(measurement, area, _ghost(measurement, places, area), method)
+    if method == "conventional":
         image = inverse_walsh(measurement.difference, measurement.pairs, size)
-    else:
-        rows, values = measurement.hadamard(places, area)
-        strength = _STRENGTH[method] if strength is None else strength
-        steps = 1 if method == "tv-bregman" else 0
-        state = total_variation(rows, values, strength=strength, reweightings=1 - steps, bregman_steps=steps)
-        image = area.paste(state.image.astype(np.float64), size)
-        misfit, iterations = state.misfit, state.iterations
-    gain = float(image.max()) if recording.photon_counts and image.max() > 0 else 1.0
-    noise = float(np.sqrt(np.mean(measurement.variance)))
-    return Reconstruction(image / gain, method, gain, noise, misfit, iterations, area)
+        return finished(measurement, Region.whole(size), image, method)
+    rows, values = measurement.hadamard(places, area)
+    strength = _STRENGTH[method] if strength is None else strength
+    steps = 1 if method == "tv-bregman" else 0
+    state = total_variation(rows, values, strength=strength, reweightings=1 - steps, bregman_steps=steps)
+    return finished(measurement, area, state.image, method, state)
+
+
+def finished(
+    measurement: Measurement, area: Region, part: Floats | Singles, method: str, state: TvState | None = None
+) -> Reconstruction:
+    """Put the image of a region on the whole field and on its scale."""
+    image = area.paste(part.astype(np.float64), measurement.size)
+    gain = float(image.max()) if measurement.photon_counts and image.max() > 0 else 1.0
+    return Reconstruction(
+        image=image / gain,
+        method=method,
+        gain=gain,
+        noise=float(np.sqrt(np.mean(measurement.variance))),
+        misfit=float("nan") if state is None else state.misfit,
+        iterations=0 if state is None else state.iterations,
+        region=area,
+    )
 
 
 def _ghost(measurement: Measurement, places: Floats, area: Region) -> Floats:

@@ -42,6 +42,9 @@ class Measurement:
     size: int
     """Pixels a side of the field."""
 
+    photon_counts: bool
+    """Whether values are photons."""
+
     @classmethod
     def of(cls, recording: Recording, *, steady_object: bool) -> "Measurement":
         """Take the valid frames of a recording.
@@ -79,6 +82,7 @@ class Measurement:
             variance=variance / light[:, None] ** 2,
             light=light,
             size=recording.plan.image_size,
+            photon_counts=recording.photon_counts,
         )
 
     @property
