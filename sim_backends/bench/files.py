@@ -9,7 +9,7 @@ from PIL import Image, UnidentifiedImageError
 
 from protocols import Floats, InputError
 from sim_backends.bench.image import AreaImage
-from sim_backends.bench.objects import BUILT_INS
+from sim_backends.bench.objects import BUILT_INS, NOTHING
 
 _HEADER = ["t_s", "x_px", "y_px"]
 _GAP = 10.0
@@ -41,7 +41,8 @@ def load_object(
     """
     if name in BUILT_INS:
         drawing = BUILT_INS[name](height_px or image_size * 36 / 128)
-        _check_light(drawing.cells, f"[scene] {key} = '{name}'")
+        if name != NOTHING:
+            _check_light(drawing.cells, f"[scene] {key} = '{name}'")
         height, width = (side * drawing.cell_px for side in drawing.cells.shape)
         if centre_px is None:
             left, top = round(image_size / 4 - width / 2), round(image_size / 4 - height / 2)

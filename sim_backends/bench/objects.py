@@ -84,6 +84,9 @@ def _shape(parts: list[tuple[list[Ring], float]]) -> Callable[[float], Drawing]:
     return partial(_draw, parts)
 
 
+NOTHING = "nothing"
+"""The built-in object that is not there: for recording the background alone."""
+
 BUILT_INS: dict[str, Callable[[float], Drawing]] = {
     "letter-B": _shape([(_B, 1.0)]),
     "letter-I": _shape([([_box(0.0, 0.0, 0.25, 1.0)], 1.0)]),
@@ -93,5 +96,6 @@ BUILT_INS: dict[str, Callable[[float], Drawing]] = {
     "square": _shape([([_box(0.0, 0.0, 1.0, 1.0)], 1.0)]),
     "plane": _shape(_PLANE),
     "bars": lambda _height_px: _bars(),
+    NOTHING: lambda _height_px: Drawing(np.zeros((1, 1)), 1.0),
 }
 """Name to a function of the height in px."""

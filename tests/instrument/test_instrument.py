@@ -147,7 +147,7 @@ def test_leaving_makes_the_others_safe_when_one_device_fails(tmp_path: Path, mon
 
 @pytest.mark.parametrize(("on_abort", "rest_mm"), [("stop", 10.0), ("hold", 25.0), ("home", 0.0)])
 def test_the_stage_does_after_an_abort_what_bench_toml_says(tmp_path: Path, on_abort: str, rest_mm: float) -> None:
-    """Ramps are 6.25 mm. The first block comes 0.1 s + 50 ms, 3.75 mm, into the cruise of 12.5 mm; a simulated stop is immediate."""
+    """Ramps are 6.25 mm. The first block comes 150 ms, 3.75 mm, into a cruise of 12.5 mm; a stop is immediate."""
 
     def interrupt(block: AlignedBlock) -> None:
         raise KeyboardInterrupt

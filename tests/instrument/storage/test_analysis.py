@@ -9,7 +9,7 @@ import pytest
 from instrument.plan import Plan
 from instrument.storage import RecordingWriter, write_analysis
 from protocols import CountBlock, InputError
-from tests.instrument.storage import plain
+from tests.support import plain_hdf5 as plain
 
 PLAN = Plan(frames=4, image_size=8)
 TRACK = np.array([[0.0, 0.0], [1.0, -0.5], [2.0, -1.0], [np.nan, np.nan]])

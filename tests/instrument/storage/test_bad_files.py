@@ -9,7 +9,7 @@ import pytest
 from instrument.plan import Plan
 from instrument.storage import RecordingWriter, open_recording
 from protocols import InputError
-from tests.instrument.storage import plain
+from tests.support import plain_hdf5 as plain
 
 
 def truncated(path: Path) -> str:

@@ -10,7 +10,7 @@ import pytest
 
 from instrument.storage import open_recording, write_analysis
 from protocols import InputError
-from tests.instrument.storage import plain
+from tests.support import plain_hdf5 as plain
 
 KILLED = """
 import os, signal, sys

@@ -8,7 +8,7 @@ import pytest
 
 from instrument.plan import Plan
 from instrument.storage import RecordingWriter, write_analysis
-from tests.instrument.storage import plain
+from tests.support import plain_hdf5 as plain
 
 PLAN = Plan(frames=4, image_size=8)
 

@@ -11,7 +11,7 @@ import numpy as np
 from instrument.plan import Plan
 from instrument.storage import RecordingWriter, write_analysis
 from protocols import CountBlock, DeviceIdentity, Truth
-from tests.instrument.storage import plain
+from tests.support import plain_hdf5 as plain
 
 PAGE = Path(__file__).parents[3] / "docs" / "reference" / "recording.md"
 

@@ -11,7 +11,7 @@ from hypothesis.extra import numpy as hnp
 from instrument.plan import MotionPlan, Plan
 from instrument.storage import RecordingWriter, open_recording, refuse_existing
 from protocols import CountBlock, DeviceIdentity, Floats, InputError, Truth
-from tests.instrument.storage import plain
+from tests.support import plain_hdf5 as plain
 
 PLAN = Plan(frames=8, image_size=8, motion=MotionPlan(velocity_mm_s=25))
 COUNTS = np.arange(48, dtype=np.float64)
