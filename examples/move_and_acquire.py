@@ -1,6 +1,6 @@
 """A lab script: move the stage to three places and record a run from each.
 
-    python examples/move_and_acquire.py bench.toml plan.toml recordings/
+python examples/move_and_acquire.py bench.toml plan.toml recordings/
 """
 
 import sys
