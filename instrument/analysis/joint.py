@@ -20,6 +20,7 @@ _FEWEST = 64  # frames below which an image is too poor to refine anything
 _ORDERS = (3, 2, 1)  # of the smoother: the smoothest first, as its ends follow a bent way best
 _LEAST_INFORMATION = 1e-3  # of the best frame's: a frame that tells less makes no step of its own
 _BLOCKS = 32  # of a run, to see slow errors in
+_CLEAR = 17.0  # light of a half-lit pattern over its noise, below which the image is too poor to improve on the tracker
 _STANDS = 0.2  # of the uncertainty: a change of the motion below that is none
 
 
@@ -48,6 +49,9 @@ def refine(recording: Recording, motion: Trajectory | Floats, *, region: bool = 
     The stated uncertainty is the smoother's, and more where the image leaves slow errors in the Fourier values: seen in their
     amplitude, in which there is no motion. It does not know of a bend at the run's ends too weak for the data to show.
 
+    Where there is little light (half-lit patterns below 17 times their noise, some 290 counts) the motion stays as it was given:
+    the image is then too poor, and refinement was seen to make motion worse.
+
     Args:
         recording: of the six-pattern scheme.
         motion: where to start, within about a pixel: what ``track`` gave.
@@ -66,8 +70,10 @@ def refine(recording: Recording, motion: Trajectory | Floats, *, region: bool = 
     state = None
     step: _Step | None = None
     fixed = FixedPatterns.of(scheme_of(recording.plan), area)
+    light: Floats = measurement.values[:, POSITIVE:] / np.sqrt(measurement.variance[:, POSITIVE:])
+    worth = len(measurement.frame) >= _FEWEST and float(np.median(light)) >= _CLEAR
     done = 0
-    while done < loops and len(measurement.frame) >= _FEWEST:
+    while worth and done < loops:
         state = total_variation(rows, values, tolerance=0.03, iterations=60, start=state)
         step = _step(measurement, fixed, trajectory, places=places, image=state.image, last=step)
         before, trajectory = trajectory, step.trajectory(trajectory)

@@ -110,3 +110,12 @@ def test_it_ends_where_the_motion_stands() -> None:
     refined = refine(recording, truth.displacement_px)
     assert 1 <= refined.loops < 4
     assert refined.image.misfit == pytest.approx(1.0, abs=0.05)
+
+
+def test_with_little_light_the_motion_stays_as_it_was_given() -> None:
+    """100 counts of an all-on pattern: 50 of a half-lit one, seven times their noise."""
+    recording = simulate(Plan(frames=200, image_size=SIZE), _object(), _straight, peak_counts=100.0)
+    tracked = track(recording)
+    refined = refine(recording, tracked)
+    assert refined.loops == 0
+    assert np.array_equal(refined.trajectory.displacement_px, tracked.displacement_px)
