@@ -85,6 +85,9 @@ class CounterReport(Frozen):
     edges_seen: NonNegativeInt | None = None
     """Sync edges from arming to disarming, surplus ones too; None where the board cannot tell."""
 
+    shifted: bool = False
+    """True where bins may belong to other edges than the ones they were handed over with: nothing of the run can be trusted."""
+
     notes: tuple[str, ...] = ()
     """What a person should know: a filter that is set, a doubtful sample, a lost packet."""
 
@@ -96,8 +99,8 @@ class PhotonCounter(Protocol):
     Life: ``arm`` -> ``read`` until ``n_bins`` are in -> ``disarm``. ``arm`` may follow ``disarm`` any number of times.
     ``disarm`` is allowed at any time and twice. As a context manager it is open from construction on.
 
-    **No count is lost to an error**: when something breaks, ``read`` first hands over all that is good and raises only when called
-    again with nothing left to hand over.
+    **No count is lost to an error**: when something breaks, ``read`` first hands over all that is good and raises only when
+    called again with nothing left to hand over.
     """
 
     @property
