@@ -1,0 +1,135 @@
+"""Blocks in, motion and images out: the live analysis without its thread, so that it can be stepped by hand."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from pydantic import NonNegativeInt
+
+from instrument.acquisition import AlignedBlock
+from instrument.live.frames import FrameAssembler
+from instrument.live.imager import ProgressiveImager
+from instrument.plan import Plan
+from instrument.schemes import scheme_of
+from instrument.tracking import StreamingTracker
+from protocols import Floats, Frozen
+
+IMAGE_INTERVAL_S: Final = 0.019
+"""Stream time from one image to the next: just above 50 a second."""
+
+
+class LiveCounters(Frozen):
+    """What was done and what was left out."""
+
+    frames: NonNegativeInt = 0
+    """Frames followed, those without values too."""
+
+    frames_dropped: NonNegativeInt = 0
+    """Of those, frames that the live view lost because it was late. The recording has them."""
+
+    images: NonNegativeInt = 0
+    """Images made while the stream went on; the polished one does not count."""
+
+    images_skipped: NonNegativeInt = 0
+    """Images that were due and not made because newer data had come, or because there were too few frames yet."""
+
+
+@dataclass(frozen=True, eq=False)
+class LiveUpdate:
+    """What is new since the last update."""
+
+    frame: int
+    """Frames followed so far: the newest is number ``frame - 1``."""
+
+    displacement_px: Floats
+    """``(n, 2)`` x, y of the newest n frames, relative to frame 0, as known when they came; n may be 0."""
+
+    image: Floats | None
+    """``(m, m)`` row = y (down), column = x, in values for one lit pixel; None before there is one."""
+
+    counters: LiveCounters
+    """What was done so far."""
+
+    final: bool = False
+    """Whether this is the polished image of the whole run, after which nothing comes."""
+
+
+class LiveLine:
+    """Follows every frame it is given, and makes the images that are due if there is time for them.
+
+    One image is due for each ``image_interval_s`` of stream. Images that are due when newer data come are skipped and counted:
+    ``images + images_skipped + images_due`` is what the stream asked for.
+    """
+
+    def __init__(self, plan: Plan, *, image_interval_s: float = IMAGE_INTERVAL_S, max_rows: int | None = None) -> None:
+        """Prepare for one run.
+
+        Args:
+            plan: what is shown.
+            image_interval_s: stream time from image to image; at least one frame.
+            max_rows: as in ``ProgressiveImager``.
+        """
+        self._frames = FrameAssembler(scheme_of(plan).patterns_per_frame, plan.frames)
+        self._tracker = StreamingTracker(plan)
+        self._imager = ProgressiveImager(plan, max_rows=max_rows)
+        self._frames_an_image = max(1, round(image_interval_s / plan.frame_time_s))
+        self._new_px: list[Floats] = []
+        self._run_frames = plan.frames
+        self._due = 0
+        self._images = 0
+        self._skipped = 0
+
+    @property
+    def images_due(self) -> int:
+        """Images that there would be time for now."""
+        return self._due
+
+    @property
+    def complete(self) -> bool:
+        """Whether all frames of the plan have come."""
+        return self._imager.frames >= self._run_frames
+
+    @property
+    def counters(self) -> LiveCounters:
+        """What was done so far."""
+        return LiveCounters(
+            frames=self._imager.frames,
+            frames_dropped=self._frames.frames_dropped,
+            images=self._images,
+            images_skipped=self._skipped,
+        )
+
+    def take(self, blocks: Sequence[AlignedBlock]) -> None:
+        """Follow the object through all frames of these blocks."""
+        before = self._imager.frames
+        for block in blocks:
+            for values in self._frames.whole(block):
+                displacement_px = self._tracker.push(values)
+                self._imager.add(values, displacement_px)
+                self._new_px.append(displacement_px)
+        newly_due = self._imager.frames // self._frames_an_image - before // self._frames_an_image
+        if newly_due:
+            self._skipped += self._due
+            self._due = newly_due
+
+    def improve(self, effort: float = 1.0) -> LiveUpdate:
+        """Make one image that is due, with more or less effort; where there are too few frames for one, it is skipped."""
+        self._due -= 1
+        image = self._imager.improve(effort=effort)
+        if image is None:
+            self._skipped += 1
+        else:
+            self._images += 1
+        return self._update(image)
+
+    def finish(self) -> LiveUpdate:
+        """Skip what is still due and polish the image of all frames kept."""
+        self._skipped += self._due
+        self._due = 0
+        return self._update(self._imager.polish(), final=True)
+
+    def _update(self, image: Floats | None, *, final: bool = False) -> LiveUpdate:
+        new_px = np.concatenate(self._new_px) if self._new_px else np.zeros((0, 2))
+        self._new_px.clear()
+        return LiveUpdate(self._imager.frames, new_px, image, self.counters, final)

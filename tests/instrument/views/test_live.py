@@ -1,0 +1,90 @@
+"""The run as it goes on, in the terminal."""
+
+import io
+
+import numpy as np
+import pytest
+from rich.console import Console
+from rich.progress import Progress
+
+from instrument.live import LiveCounters, LiveUpdate
+from instrument.views.live import LiveView, Trace, half_blocks, sparkline
+from protocols import Floats
+
+
+def _update(frame: int, image: Floats | None = None, *, final: bool = False) -> LiveUpdate:
+    counters = LiveCounters(frames=frame, frames_dropped=2, images=5, images_skipped=3)
+    places_px = np.arange(frame - 10.0, frame)[:, None] * [0.5, -0.25]
+    return LiveUpdate(frame, places_px, image, counters, final)
+
+
+def test_a_sparkline_goes_from_the_lowest_to_the_highest_block() -> None:
+    assert sparkline(np.arange(8.0), 8) == "▁▂▃▄▅▆▇█ +0.0 to +7.0 px"
+    assert sparkline(np.arange(1000.0), 4) == "▁▃▆█ +0.0 to +999.0 px"
+    assert sparkline(np.zeros(3), 8) == "▁▁▁ +0.0 to +0.0 px"
+
+
+def test_an_image_is_two_greys_a_character() -> None:
+    """Upper half white over black, lower half black over half grey (16/31 of 255 is 131)."""
+    text = half_blocks(np.array([[2.0, 2.0], [0.0, 0.0], [0.0, 0.0], [1.0, 1.0]]).repeat(2, axis=1), 4)
+    assert text.plain == "▀▀▀▀\n▀▀▀▀\n"
+    assert [str(span.style) for span in text.spans] == [
+        "rgb(255,255,255) on rgb(0,0,0)",
+        "rgb(0,0,0) on rgb(131,131,131)",
+    ]
+
+
+def test_a_large_image_is_averaged_down() -> None:
+    """128 px on 60 characters: two or three pixels each, none left out."""
+    image = np.zeros((128, 128))
+    image[:, 64:] = 1.0
+    lines = half_blocks(image, 60, colour=False).plain.split("\n")
+    assert lines == [" " * 30 + "█" * 30] * 30
+
+
+def test_without_colours_five_shades_have_to_do() -> None:
+    ramp = np.linspace(0, 1, 5)[None].repeat(2, axis=0)
+    assert half_blocks(np.pad(ramp, ((0, 3), (0, 0))), 5 - 1, colour=False).plain.count("\n") == 1
+
+
+def test_a_trace_keeps_the_whole_way_in_constant_memory() -> None:
+    trace = Trace(most=8)
+    for first in range(0, 100, 10):
+        trace.add(np.arange(first, first + 10.0)[:, None] * [1.0, 2.0])
+    assert trace.displacement_px[:, 0].tolist() == [0.0, 16.0, 32.0, 48.0, 64.0, 80.0, 96.0]
+    assert trace.last_px == (99.0, 198.0)
+
+
+def test_without_a_terminal_a_line_of_figures_is_printed_each_second_at_most() -> None:
+    out, times = io.StringIO(), iter([0.0, 0.4, 0.9, 1.1, 1.2])
+    with LiveView(Progress(), console=Console(file=out), now_s=lambda: next(times)) as view:
+        for frame in (10, 20, 30, 40):
+            view.show(_update(frame))
+        view.show(_update(50, final=True))
+    assert out.getvalue().splitlines() == [
+        f"frame {frame}: x {x} px, y {y} px, 5 images, 3 skipped, 2 frames dropped"
+        for frame, x, y in ((10, "+4.50", "-2.25"), (40, "+19.50", "-9.75"), (50, "+24.50", "-12.25"))
+    ]
+
+
+@pytest.fixture
+def terminal() -> Console:
+    """A terminal of 80 x 24."""
+    return Console(file=io.StringIO(), force_terminal=True, width=80, height=24, color_system="truecolor", _environ={})
+
+
+def test_in_a_terminal_bars_figures_way_and_image_are_drawn(terminal: Console) -> None:
+    bars = Progress(console=terminal)
+    bars.add_task("patterns counted", total=10)
+    with LiveView(bars, console=terminal) as view:
+        view.show(_update(10))
+        view.show(_update(20, np.eye(64)))
+        view.show(_update(30))  # without an image: the last one stays
+    assert isinstance(terminal.file, io.StringIO)
+    drawn = terminal.file.getvalue()
+    last = drawn[drawn.rindex("patterns counted") :]
+    assert "frame 30: x +14.50 px, y -7.25 px" in last
+    assert "x ▁" in last
+    assert "y █" in last
+    # 24 lines less 7 for all else: 34 x 34 pixels on 17 lines
+    assert sum("▀" in line for line in last.splitlines()) == 17
