@@ -6,8 +6,10 @@ from instrument.reconstruction.operator import Operator, ShiftedHadamard, Weight
 from instrument.reconstruction.reconstruct import Method, Reconstruction, reconstruct
 from instrument.reconstruction.region import Region
 from instrument.reconstruction.tv import TvState, total_variation
+from instrument.reconstruction.tval3 import AlState, tv_augmented_lagrangian
 
 __all__ = [
+    "AlState",
     "Method",
     "Operator",
     "Reconstruction",
@@ -19,4 +21,5 @@ __all__ = [
     "inverse_hadamard",
     "reconstruct",
     "total_variation",
+    "tv_augmented_lagrangian",
 ]

@@ -12,11 +12,12 @@ from instrument.reconstruction.operator import ShiftedHadamard, Singles
 from instrument.reconstruction.region import Region
 from instrument.reconstruction.rows import NEGATIVE, POSITIVE, Measurement, as_trajectory, places_px
 from instrument.reconstruction.tv import TvState, total_variation
+from instrument.reconstruction.tval3 import AlState, tv_augmented_lagrangian
 from instrument.recording import Recording
 from instrument.tracking import Trajectory
 from protocols import Floats
 
-Method: TypeAlias = Literal["tv", "tv-bregman", "dgi", "conventional"]
+Method: TypeAlias = Literal["tv", "tv-bregman", "tv-al", "dgi", "conventional"]
 
 _STRENGTH = {"tv": 3.0, "tv-bregman": 5.0}
 
@@ -65,11 +66,13 @@ def reconstruct(
     Args:
         recording: of the six-pattern scheme. Frames that are not valid are left out.
         motion: what ``track`` gave, or ``(frames, 2)`` displacements (x, y) in px in the middle of each frame.
-        method: ``tv``, least total variation with found edges freed; ``tv-bregman``, with a Bregman step instead; ``dgi``,
-            differential ghost imaging; ``conventional``, the inverse Hadamard transform, which ignores the motion.
+        method: ``tv``, least total variation with found edges freed; ``tv-bregman``, with a Bregman step instead; ``tv-al``,
+            TVAL3's model with its default weights, for comparison; ``dgi``, differential ghost imaging; ``conventional``, the
+            inverse Hadamard transform, which ignores the motion.
         region: whether the object stays inside the field in every frame. Then only pixels it can occupy are solved for, and
             values are divided by the smoothed total light. Without it all pixels are, and the light is taken as steady.
-        strength: of the smoothing, in units of the noise; None takes 3 for ``tv`` and 5 for ``tv-bregman``.
+        strength: of the smoothing, in units of the noise; None takes 3 for ``tv`` and 5 for ``tv-bregman``. Other
+            methods have none.
 
     Raises:
         InputError: no valid frame, displacements of another shape, or a way too long for the field.
@@ -84,6 +87,9 @@ def reconstruct(
         image = inverse_walsh(measurement.difference, measurement.pairs, size)
         return finished(measurement, Region.whole(size), image, method)
     rows, values = measurement.hadamard(places, area)
+    if method == "tv-al":
+        solved = tv_augmented_lagrangian(rows, values)
+        return finished(measurement, area, solved.image, method, solved)
     strength = _STRENGTH[method] if strength is None else strength
     steps = 1 if method == "tv-bregman" else 0
     state = total_variation(rows, values, strength=strength, reweightings=1 - steps, bregman_steps=steps)
@@ -91,7 +97,7 @@ def reconstruct(
 
 
 def finished(
-    measurement: Measurement, area: Region, part: Floats | Singles, method: str, state: TvState | None = None
+    measurement: Measurement, area: Region, part: Floats | Singles, method: str, state: TvState | AlState | None = None
 ) -> Reconstruction:
     """Put the image of a region on the whole field and on its scale."""
     image = area.paste(part.astype(np.float64), measurement.size)
