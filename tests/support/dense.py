@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from instrument.patterns import hadamard_signs
+from instrument.reconstruction.operator import Singles
 from protocols import Floats, Integers
 from tests.support.simulation import shifted
 
@@ -31,6 +32,32 @@ class Dense:
     def rmatvec(self, values: Floats) -> Floats:
         """``(rows,)`` to ``(pixels,)``."""
         return self.matrix.T @ values
+
+
+@dataclass(frozen=True, eq=False)
+class DenseSingles:
+    """The same in double precision inside, and in single precision to a solver."""
+
+    matrix: Floats
+    """``(rows, pixels)``."""
+
+    image_shape: tuple[int, int]
+    """Height and width."""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and pixels."""
+        return self.matrix.shape[0], self.matrix.shape[1]
+
+    def matvec(self, image: Singles) -> Singles:
+        """``(pixels,)`` to ``(rows,)``."""
+        values: Singles = (self.matrix @ image).astype(np.float32)
+        return values
+
+    def rmatvec(self, values: Singles) -> Singles:
+        """``(rows,)`` to ``(pixels,)``."""
+        image: Singles = (self.matrix.T @ values).astype(np.float32)
+        return image
 
 
 def seen_patterns(patterns: Floats, displacement_px: Floats) -> Floats:

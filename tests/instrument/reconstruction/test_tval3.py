@@ -8,7 +8,7 @@ from instrument.reconstruction import ShiftedHadamard
 from instrument.reconstruction.operator import Singles
 from instrument.reconstruction.tval3 import periodic_tv, tv_augmented_lagrangian
 from protocols import Floats
-from tests.support.dense import Dense
+from tests.support.dense import DenseSingles
 
 SIZE = 16
 
@@ -24,9 +24,9 @@ def _rows(count: int) -> ShiftedHadamard:
     return ShiftedHadamard.single(hadamard_order(SIZE, "tv", count), drift, SIZE)
 
 
-def _written_out(rows: ShiftedHadamard) -> Dense:
+def _written_out(rows: ShiftedHadamard) -> DenseSingles:
     units = np.eye(rows.shape[0], dtype=np.float32)
-    return Dense(np.stack([rows.rmatvec(unit) for unit in units]).astype(np.float64), rows.image_shape)
+    return DenseSingles(np.stack([rows.rmatvec(unit) for unit in units]).astype(np.float64), rows.image_shape)
 
 
 def _noisy(rows: ShiftedHadamard) -> Singles:
@@ -76,7 +76,9 @@ def test_of_a_stripe_the_contrast_is_lowered_by_four_lambda_over_the_width_on_ea
     """A = 1, half of the columns lit: TV = 2 h (high - low), so that lambda 2 h = (h w / 2) (1 - high)."""
     stripe = np.zeros((SIZE, SIZE), np.float32)
     stripe[:, 4:12] = 1
-    state = tv_augmented_lagrangian(Dense(np.eye(SIZE * SIZE), (SIZE, SIZE)), stripe.ravel(), mu=4, iterations=4000)
+    state = tv_augmented_lagrangian(
+        DenseSingles(np.eye(SIZE * SIZE), (SIZE, SIZE)), stripe.ravel(), mu=4, iterations=4000
+    )
     lost = 4 * state.weight / SIZE
     assert 0.05 < lost < 0.07
     assert np.allclose(state.image[:, 4:12], 1 - lost, atol=2e-4)
