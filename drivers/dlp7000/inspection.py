@@ -14,7 +14,7 @@ from drivers.dlp7000.constants import (
 )
 from drivers.dlp7000.release import release
 from drivers.dlp7000.settings import Dlp7000Settings
-from protocols.errors import DeviceError, DeviceRefused, DriverUnavailable, ProtocolViolation
+from protocols.errors import DeviceError, DeviceRefused, DriverUnavailable, PatternMemoryFull, ProtocolViolation
 from protocols.modulator import ModulatorLimits
 
 COLUMNS, ROWS = 1024, 768
@@ -123,7 +123,15 @@ def _table_entries9(board: Board, settings: Dlp7000Settings) -> int:
 
 def _probe_times(board: Board) -> tuple[int, int, int]:
     """Shortest and longest picture time and longest sync delay: only a sequence can be asked for them."""
-    sequence = board.allocate_sequence(1)
+    try:
+        sequence = board.allocate_sequence(1)
+    except PatternMemoryFull as error:
+        raise DeviceError(
+            device=board.name,
+            saw="no room for a single pattern (AlpSeqAlloc: 1007 ALP_MEMORY_FULL)",
+            expected="free pattern memory on a board that was just opened",
+            remedy="close other programs that use the board, or power-cycle it",
+        ) from error
     try:
         set_binary_mode(board, sequence)
         board.set_timing(sequence, picture_us=0, delay_us=0, width_us=5)

@@ -158,7 +158,7 @@ def typed_error(fault: NiFault, *, device: str, progress: Progress | None = None
 
 def _by_kind(code: int, meaning: Meaning, device: str, done: Progress) -> KinopixError:
     saw = f"{meaning.saw} ({meaning.name}, code {code})"
-    so_far = f"{done.bins_read} of {done.bins_expected} patterns counted"
+    so_far = f"{done.bins_read} bins counted"
     match meaning.kind:
         case Kind.MISSED:
             return TriggerMissed(

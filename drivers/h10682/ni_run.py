@@ -30,6 +30,7 @@ class NiRun:
         self._buffer = max(_SMALLEST_BUFFER, math.ceil(max(settings.buffer_s, 4 * run.latency_s) / run.period_s))
         self._handover = Handover(run.n_bins, 1 / settings.timebase_hz if settings.edge_counter else None)
         self._edges: SampledCounter | None = None
+        self._shifted = False
         counters: list[SampledCounter] = []
         try:
             photons = SampledCounter(system.edge_count(self._photon_count(settings)))
@@ -54,6 +55,8 @@ class NiRun:
         )  # fmt: skip
         if not len(block) and self._handover.left and timeout_s >= self._run.latency_s:
             self._compare()
+            if self._handover.fault is not None:
+                raise self._handover.fault  # nothing good is left to hand over first
         return block
 
     def finish(self) -> CounterReport:
@@ -71,7 +74,9 @@ class NiRun:
                 failure = _failure(step)
                 if failure:
                     notes.append(failure)
-        return CounterReport(bins_closed=self._handover.handed_over, edges_seen=edges_seen, notes=tuple(notes))
+        return CounterReport(
+            bins_closed=self._handover.handed_over, edges_seen=edges_seen, shifted=self._shifted, notes=tuple(notes)
+        )
 
     @property
     def _counters(self) -> list[SampledCounter]:
@@ -151,6 +156,7 @@ class NiRun:
                 notes.append(f"surplus sync edges are unknown: {fault.text}")
                 return None
         if max(totals) != min(totals):
+            self._shifted = not self._faults
             notes.append(
                 f"the photon counter stored {totals[0]} samples and the edge counter {totals[1]}: bins may have shifted"
             )

@@ -32,6 +32,7 @@ class UsbCtrScan:
         self._clock = clock
         self._scan = _scan(run, settings)
         timer = settings.edge_timer
+        self._tick_s = timer.tick_s if timer else run.period_s
         self._handover = Handover(run.n_bins, timer.tick_s if timer else None)
         self._samples = 0
         try:
@@ -108,6 +109,9 @@ class UsbCtrScan:
         drop = max(0, self._settings.first_samples - self._samples)
         self._samples += len(counts)
         ticks = counts[drop:, 1].astype("int64") if len(self._scan.counters) > 1 else None
+        if ticks is not None and not ticks.all():
+            ticks = ticks[: int(ticks.argmin())]
+            self._handover.fail(self._no_ticks())
         self._handover.add(counts[drop:, 0], ticks)
 
     def _edges_seen(self, notes: list[str]) -> int | None:
@@ -139,6 +143,14 @@ class UsbCtrScan:
             saw=f"status bit 2 (overrun) after {self._samples} samples",
             expected="every sample read in time",
             remedy="give the board its own USB port, keep the computer free, or lower pattern_rate_hz",
+        )
+
+    def _no_ticks(self) -> TimingFault:
+        return TimingFault(
+            device=NAME,
+            saw="two sync edges without a tick of the edge timer between them",
+            expected=f"some {self._run.period_s / self._tick_s:.0f} ticks a pattern",
+            remedy="wire the timer output to the counter input that edge_timer names, or leave edge_timer out of bench.toml",
         )
 
     def _ended(self) -> TimingFault:

@@ -107,6 +107,15 @@ def test_a_board_that_breaks_while_its_times_are_read_is_left_without_a_sequence
     assert alp.calls[-3:] == [("AlpSeqFree", DEVICE, PROBE), ("AlpDevHalt", DEVICE), ("AlpDevFree", DEVICE)]
 
 
+def test_a_board_without_room_for_one_picture_is_let_go_and_no_fault_of_the_plan() -> None:
+    alp = FakeAlp()
+    alp.codes["AlpSeqAlloc"] = 1007
+    with pytest.raises(DeviceError, match=r"no room for a single pattern.*1007.*power-cycle") as caught:
+        alp.open()
+    assert caught.value.exit_code == 3
+    assert alp.calls[-2:] == [("AlpDevHalt", DEVICE), ("AlpDevFree", DEVICE)]
+
+
 def test_an_unknown_version_can_be_accepted_by_setting() -> None:
     alp = FakeAlp()
     alp.answers[2001] = 20

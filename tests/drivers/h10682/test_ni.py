@@ -145,13 +145,13 @@ def test_a_photon_counter_that_skips_dark_bins_is_found_out() -> None:
     device, _, _, _ = bench([0, 5, 9], [0, 5000, 10000, 15000])
     device.arm(run(3))
     assert device.read(0.05).counts.tolist() == [5, 4]
-    assert len(device.read(0.05)) == 0
     with pytest.raises(
         TimingFault, match=r"3 samples of the photon counter for 4 of the edge counter.*prevent_duplicates"
     ):
         device.read(0.05)
     report = device.disarm()
     assert report.edges_seen == 4
+    assert report.shifted
     assert "bins may have shifted" in report.notes[-1]
 
 

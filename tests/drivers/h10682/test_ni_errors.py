@@ -51,7 +51,7 @@ def test_the_names_are_those_of_the_nidaqmx_package(code: int) -> None:
 def test_a_lost_sample_says_how_far_the_run_had_come() -> None:
     error = typed_error(NiFault("", -200279), device="pmt", progress=Progress(4000, 9996, 0.2))
     assert "SAMPLES_NO_LONGER_AVAILABLE, code -200279" in str(error)
-    assert "4000 of 9996 patterns counted" in str(error)
+    assert "4000 bins counted" in str(error)
     assert "raise buffer_s" in error.remedy
 
 

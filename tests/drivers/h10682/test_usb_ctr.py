@@ -93,25 +93,27 @@ def test_a_board_that_samples_at_its_start_too_has_two_samples_before_the_first_
     assert device.disarm().edges_seen == 3
 
 
+TIMED = UsbCtrSettings(edge_timer=EdgeTimer(timer=1, counter=1, period_ticks=9))
+TIMED_RUN: list[Line] = [
+    COUNT,
+    ("18 0 1 0001000010", None),
+    ("2d 0 1 09000000" + "00" * 12, None),
+    ("28 1 1", None),
+    ("22 0 0", None),
+    ("20 0 1 0001" + "00" * 31, None),
+    ("clear halt 86", None),
+    ("23 0 0", None),
+    ("21 0 0 " + "00" * 12 + "01" + "00", None),
+    WELL,
+    WELL,
+    *STOP,
+    ("28 0 1", None),
+]
+
+
 def test_a_timer_on_a_second_counter_times_the_edges() -> None:
-    settings = UsbCtrSettings(edge_timer=EdgeTimer(timer=1, counter=1, period_ticks=9))
-    script: list[Line] = [
-        COUNT,
-        ("18 0 1 0001000010", None),
-        ("2d 0 1 09000000" + "00" * 12, None),
-        ("28 1 1", None),
-        ("22 0 0", None),
-        ("20 0 1 0001" + "00" * 31, None),
-        ("clear halt 86", None),
-        ("23 0 0", None),
-        ("21 0 0 " + "00" * 12 + "01" + "00", None),
-        WELL,
-        WELL,
-        *STOP,
-        ("28 0 1", None),
-    ]
     samples = [bytes.fromhex(s) for s in ("6300 0100", "0500 e001", "0000 c003", "0700 e001")]
-    device, pipe = counter(script, *samples, settings=settings)
+    device, pipe = counter(TIMED_RUN, *samples, settings=TIMED)
     device.arm(RUN)
     block = device.read(1.0)
     assert block.counts.tolist() == [5, 0, 7]
@@ -119,6 +121,19 @@ def test_a_timer_on_a_second_counter_times_the_edges() -> None:
     assert block.opening_edge_s.tolist() == pytest.approx([0.0, 50e-6, 150e-6])
     assert block.closing_edge_s == pytest.approx(200e-6)
     assert device.limits.edge_time_resolution_s == pytest.approx(104.17e-9, rel=1e-4)
+    device.disarm()
+    assert pipe.script == []
+
+
+def test_a_timer_that_does_not_tick_is_a_timing_fault_and_no_count_is_lost() -> None:
+    """Counts 5 and 8 came, the wire of the timer does not: edges a whole pattern apart without a tick between."""
+    samples = [bytes.fromhex(s) for s in ("6300 0100", "0500 0000", "0800 0000")]
+    device, pipe = counter(TIMED_RUN, *samples, settings=TIMED)
+    device.arm(RUN)
+    block = device.read(1.0)
+    assert (block.counts.tolist(), block.opening_edge_s) == ([5, 8], None)
+    with pytest.raises(TimingFault, match=r"without a tick of the edge timer.*480 ticks a pattern.*wire the timer"):
+        device.read(1.0)
     device.disarm()
     assert pipe.script == []
 
