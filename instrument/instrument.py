@@ -198,11 +198,15 @@ class Instrument:
                     recorded = outcome.report.patterns_recorded
                     kept = f"{recorded} of {sequence.n_patterns} patterns are kept in {path}"
                     self._finish(writer, outcome, timing, scheme.patterns_per_frame)
+                elif outcome.report.bins_received:
+                    kept = (
+                        f"no pattern could be told apart; {outcome.report.bins_received} raw counts are kept in {path}"
+                    )
                 if outcome.error is not None:
                     raise outcome.error
         except BaseException as error:
             error.add_note(kept)
-            self._abort(error, motion)
+            self._abort(error, motion, kept)
             raise
         return open_recording(path)
 
@@ -235,11 +239,13 @@ class Instrument:
             interrupted=str(outcome.error) or type(outcome.error).__name__ if outcome.error is not None else "",
         )
 
-    def _abort(self, error: BaseException, motion: Motion | None) -> None:
+    def _abort(self, error: BaseException, motion: Motion | None, kept: str) -> None:
         """Make the bench safe after ``error``; what cannot be made safe is worse and is raised from it."""
         try:
             make_safe(self._devices, self._on_abort, motion)
         except SafeStateFailed as unsafe:
+            unsafe.add_note(f"it came after: {error or type(error).__name__}")
+            unsafe.add_note(kept)
             raise unsafe from error
 
     def close(self) -> None:

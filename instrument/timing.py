@@ -11,8 +11,8 @@ class TimingReport(Frozen):
     """The audit's result, as the recording stores it."""
 
     verdict: Literal["good", "flagged", "failed"]
-    """``good``: every pattern in its own bin. ``flagged``: some frames are masked, the others are sure. ``failed``: patterns are
-    missing and nobody can tell which, or the run ended early."""
+    """``good``: every pattern in its own bin. ``flagged``: some frames are masked, the others are sure. ``failed``: no frame can
+    be trusted (edges are missing or surplus and nobody can tell where, or there is no light), or the run ended early."""
 
     patterns_expected: NonNegativeInt
     """Patterns in the play order, the guard picture not counted."""

@@ -62,6 +62,7 @@ class Aligner:
         self._opened_s: float | None = None  # opening edge of a pattern that surplus edges have split so far
         self._carried = 0.0  # its light so far
         self._split = False
+        self._timed = False  # whether blocks with edge times have come
 
     @property
     def patterns(self) -> int:
@@ -72,11 +73,13 @@ class Aligner:
         """Place the bins of the next block.
 
         A gap puts the joint light of the patterns on the first of them, invalid, and NaN on the others. Pieces that a surplus
-        edge split are added up again, and the pattern is marked invalid all the same.
+        edge split are added up again, and the pattern is marked invalid all the same. Bins that come without edge times after
+        others that had them are placed in order and marked invalid.
         """
         counts = block.counts.astype(np.float64)
         if block.opening_edge_s is None or block.closing_edge_s is None or not len(block):
             return self._in_order(block, counts)
+        self._timed = True
         edges = np.append(block.opening_edge_s, block.closing_edge_s)
         steps = np.diff(edges) / self._period_s
         if self._opened_s is None and bool(np.all((steps > EARLY) & (steps < LATE))):
@@ -86,6 +89,8 @@ class Aligner:
     def _in_order(self, block: CountBlock, counts: Floats) -> AlignedBlock:
         first, self._next = self._next, self._next + len(block)
         valid = np.ones(len(block), bool) if block.suspect is None else ~block.suspect
+        if self._timed and block.opening_edge_s is None:
+            valid = np.zeros(len(block), bool)
         return AlignedBlock(first, counts, valid, block.opening_edge_s, _NONE, _NONE, _NONE)
 
     def _step_by_step(self, edges: Floats, counts: Floats, block: CountBlock) -> AlignedBlock:

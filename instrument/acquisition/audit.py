@@ -38,6 +38,9 @@ class TimingAudit:
         self._valid = np.zeros(patterns, bool)
         self._recorded = 0
         self._bins = 0
+        self._beyond = 0
+        self._light = 0.0
+        self._doubts: list[str] = []
         self._found: dict[str, list[int]] = {"gaps": [], "doubles": [], "irregular": []}
         self._last_edge_s = np.nan
         self._steps = 0
@@ -50,6 +53,8 @@ class TimingAudit:
     def see(self, block: AlignedBlock, *, bins: int, photon_counts: bool) -> None:
         """Take in the next block; ``bins`` is how many bins it was made of."""
         end = min(block.first_pattern + len(block.values), self._patterns)
+        self._beyond += block.first_pattern + len(block.values) - max(end, block.first_pattern)
+        self._light += float(np.nansum(block.values))
         kept = max(0, end - block.first_pattern)
         self._valid[block.first_pattern : end] = block.valid[:kept]
         self._recorded, self._bins = end, self._bins + bins
@@ -75,38 +80,58 @@ class TimingAudit:
         if len(edge_time_s):
             self._last_edge_s = float(edge_time_s[-1])
 
+    @property
+    def recorded(self) -> int:
+        """Patterns that have a place so far."""
+        return self._recorded
+
+    @property
+    def timed(self) -> bool:
+        """Whether there are edge times, so that a lost or surplus edge shows where it was."""
+        return self._steps > 0
+
+    def distrust(self, why: str) -> None:
+        """Mask every frame: ``why`` says what may be wrong with any of them."""
+        self._doubts.append(why)
+
     def frame_valid(self) -> Mask:
         """``(frames,)``: whether each frame recorded so far is good; one that was begun and not ended is not."""
         frames = -(-self._recorded // self._per_frame)
+        if self._doubts:
+            return np.zeros(frames, bool)
         return np.asarray(self._valid[: frames * self._per_frame].reshape(frames, self._per_frame).all(axis=1), bool)
 
     def report(self, counter: CounterReport, *, photon_counts: bool) -> TimingReport:
         """Close the audit."""
-        timed = self._steps > 0
+        timed = self.timed
         mean = self._sum / self._steps if timed else 0.0
         jitter = float(np.sqrt(max(0.0, self._sum_squares / self._steps - mean**2))) if timed else None
         offset_ppm = mean / self._period_s * 1e6 if timed else None
         located = len(self._found["gaps"]) + len(self._found["irregular"])
         flagged = located + len(self._found["doubles"])
-        frames = self._recorded // self._per_frame
-        valid = self.frame_valid()[:frames]
         complete = self._recorded >= self._patterns
         surplus = None
         if counter.edges_seen is not None:
-            surplus = max(0, counter.edges_seen - 1 - self._bins)
-        notes = list(counter.notes)
+            surplus = max(0, counter.edges_seen - 1 - (self._bins - self._beyond))
+        if counter.shifted:
+            self.distrust("the counter's bins may have shifted against the edges")
+        if complete and surplus and not timed:
+            self.distrust(f"{surplus} surplus sync edges and no edge times to tell when they came")
+        if photon_counts and self._recorded and not self._light:
+            self.distrust("not one photon in the whole run: look at the light, the head's supply and the photon cable")
+        frames = self._recorded // self._per_frame
+        valid = self.frame_valid()[:frames]
+        notes = [*counter.notes, *(f"no frame can be trusted: {doubt}" for doubt in self._doubts)]
         if jitter is not None and jitter > JITTER_WARNING * self._period_s:
             notes.append(f"edge jitter is {jitter * 1e9:.0f} ns: values should be divided by their own bin's length")
         if offset_ppm is not None and abs(offset_ppm) > CLOCK_WARNING_PPM:
             notes.append(f"the counter measures a period {offset_ppm:+.0f} ppm off the modulator's picture time")
-        if surplus:
+        if surplus and complete and timed:
             notes.append(f"{surplus} sync edges after the run: something else triggers on the sync line")
         if self._nonlinear:
             notes.append(f"{self._nonlinear} patterns above {self._limit_hz:.3g} counts/s: dim the light")
-        if not complete and not timed:
-            notes.append("patterns are missing and there are no edge times: no frame can be trusted")
         return TimingReport(
-            verdict="failed" if not complete else "flagged" if flagged or not valid.all() else "good",
+            verdict="failed" if self._doubts or not complete else "flagged" if flagged or not valid.all() else "good",
             patterns_expected=self._patterns,
             patterns_recorded=self._recorded,
             bins_received=self._bins,

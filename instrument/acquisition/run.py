@@ -23,6 +23,7 @@ from protocols import (
     PatternModulator,
     PatternSequence,
     PhotonCounter,
+    TimingFault,
     TriggerMissed,
 )
 
@@ -132,8 +133,18 @@ def acquire(
         told = devices.counter.disarm()
     except KinopixError as caught:
         told, error = CounterReport(bins_closed=reader.bins, notes=(str(caught),)), error or caught
+    if isinstance(error, TriggerMissed) and not (audit.timed and _still_playing(devices.modulator)):
+        # A stall leaves the patterns before it sure. Where all were played, or no edge was timed, any edge may be the lost one.
+        audit.distrust(f"{patterns - audit.recorded} sync edges are missing and nothing tells which")
     report = audit.report(told, photon_counts=reader.photon_counts)
     return Outcome(report, audit.frame_valid(), reader.motion, error)
+
+
+def _still_playing(modulator: PatternModulator) -> bool:
+    try:
+        return modulator.running
+    except KinopixError:
+        return True  # it broke off as well
 
 
 class _Reader:
@@ -171,10 +182,17 @@ class _Reader:
         while self._aligner.patterns < self._patterns:
             waited_s = patience_s if self.bins else patience_s + START_MARGIN_S
             block = self._devices.counter.read(waited_s)
+            if not len(block) and self.bins >= self._armed.n_bins:
+                raise TimingFault(
+                    device=self._devices.counter.identity.name,
+                    saw=f"{self.bins} bins that make only {self._aligner.patterns} of {self._patterns} patterns",
+                    expected="one sync edge a pattern",
+                    remedy="look for bounces on the sync line, and compare the picture time with the counter's own timebase",
+                )
             if not len(block):
                 raise TriggerMissed(
                     self._devices.counter.identity.name,
-                    bins_read=self.bins,
+                    bins_read=self._aligner.patterns,
                     bins_expected=self._patterns,
                     waited_s=waited_s,
                 )

@@ -145,6 +145,24 @@ def test_leaving_makes_the_others_safe_when_one_device_fails(tmp_path: Path, mon
     assert moving.done
 
 
+def test_a_run_that_leaves_the_bench_unsafe_still_says_what_is_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken() -> None:
+        raise OSError("the cable is gone")
+
+    bench = Instrument.from_toml(bench_toml(tmp_path, 'faults = [{ kind = "stall", picture = 100 }]'))
+    with monkeypatch.context() as patch:
+        patch.setattr(bench.modulator, "halt", broken)
+        with pytest.raises(SafeStateFailed, match="modulator: the cable is gone") as caught:
+            bench.run(SMALL, tmp_path / "run.h5")
+    assert isinstance(caught.value.__cause__, TriggerMissed)
+    came_after, kept = caught.value.__notes__
+    assert "it came after: pmt: saw 100 of 240 patterns" in came_after
+    assert "100 of 240 patterns are kept" in kept
+    bench.close()
+
+
 @pytest.mark.parametrize(("on_abort", "rest_mm"), [("stop", 10.0), ("hold", 25.0), ("home", 0.0)])
 def test_the_stage_does_after_an_abort_what_bench_toml_says(tmp_path: Path, on_abort: str, rest_mm: float) -> None:
     """Ramps are 6.25 mm. The first block comes 150 ms, 3.75 mm, into a cruise of 12.5 mm; a stop is immediate."""

@@ -96,3 +96,10 @@ def test_light_is_neither_lost_nor_made_and_cuts_do_not_matter(lost: set[int], c
     assert len(values) == 30
     assert np.nansum(values) == sum(range(30))
     assert [k for k, good in enumerate(valid) if good] == [k for k in range(30) if k not in lost and k + 1 not in lost]
+
+
+def test_bins_whose_edge_times_have_stopped_keep_their_counts_and_are_masked() -> None:
+    aligner = Aligner(PERIOD_S)
+    timed = aligner.place(block(np.arange(3, dtype=np.float64) * PERIOD_S, [10, 20]))
+    blind = aligner.place(CountBlock(2, np.array([30.0, 40.0])))
+    assert joined([timed, blind]) == ([10, 20, 30, 40], [True, True, False, False])

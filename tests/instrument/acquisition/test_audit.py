@@ -71,3 +71,37 @@ def test_patterns_above_the_linear_limit_are_counted() -> None:
     report = audited(periods(7), counts, patterns=6)
     assert report.nonlinear_patterns == 2
     assert report.brightest_rate_hz == pytest.approx(6e6)
+
+
+def untimed(counts: Counts, *, patterns: int, edges_seen: int, shifted: bool = False) -> TimingReport:
+    audit = TimingAudit(patterns=patterns, patterns_per_frame=6, picture_time_s=PERIOD_S, max_count_rate_hz=5e6)
+    audit.see(Aligner(PERIOD_S).place(CountBlock(0, counts)), bins=len(counts), photon_counts=True)
+    told = CounterReport(bins_closed=len(counts), edges_seen=edges_seen, shifted=shifted)
+    report = audit.report(told, photon_counts=True)
+    assert audit.frame_valid().tolist() == [report.verdict == "good"] * report.frames
+    return report
+
+
+def test_surplus_edges_that_came_as_bins_are_surplus_too() -> None:
+    """12 patterns need 13 edges; 16 edges gave 15 bins, of which the last three lie beyond the run."""
+    assert audited(periods(16), np.ones(15), patterns=12, edges_seen=16).surplus_edges == 3
+
+
+def test_without_edge_times_a_surplus_edge_may_be_anywhere() -> None:
+    """14 edges where 13 are due: a bounce in the middle moves all later bins, one after the end does no harm. Who can tell?"""
+    light = np.ones(13, np.uint32)
+    assert untimed(light[:12], patterns=12, edges_seen=13).verdict == "good"
+    report = untimed(light, patterns=12, edges_seen=14)
+    assert (report.verdict, report.frames_masked) == ("failed", 2)
+    assert any("1 surplus sync edges and no edge times" in note for note in report.notes)
+
+
+def test_bins_that_a_counter_calls_shifted_are_not_trusted() -> None:
+    report = untimed(np.ones(12, np.uint32), patterns=12, edges_seen=13, shifted=True)
+    assert (report.verdict, report.frames_masked) == ("failed", 2)
+
+
+def test_a_run_without_a_single_photon_has_failed() -> None:
+    report = untimed(np.zeros(12, np.uint32), patterns=12, edges_seen=13)
+    assert report.verdict == "failed"
+    assert any("not one photon" in note for note in report.notes)
