@@ -16,7 +16,7 @@ from sim_backends.bench.light import LightPath, Optics
 from sim_backends.bench.motion import Displacement, Position, StageMotion, Trajectory
 from sim_backends.bench.noise import measure
 from sim_backends.bench.objects import BUILT_INS
-from sim_backends.bench.settings import PhotonNoise, SceneSettings
+from sim_backends.bench.settings import DroppedEdge, PhotonNoise, SceneSettings
 from sim_backends.bench.sync import SyncLine, overlap, sync_line
 
 _STRETCH = 512
@@ -43,6 +43,9 @@ class Projection:
 
     sync_delay_s: float = 0.0
     """From a sync edge to the picture that it announces."""
+
+    silent: tuple[int, ...] = ()
+    """Pictures that give no edge."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,7 +199,7 @@ class OpticalBench:
                 delay_s=projection.sync_delay_s,
                 jitter_s=settings.sync_jitter_s,
                 seed=getattr(settings.noise, "seed", 0),
-                faults=settings.faults,
+                faults=(*settings.faults, *(DroppedEdge(kind="drop-edge", picture=k) for k in projection.silent)),
             )
             first_edge_s = projection.start_s - projection.sync_delay_s
             self._fix_origin(first_edge_s)

@@ -66,7 +66,9 @@ def repeat(order: Integers, times: int, most: int) -> Integers:
     return np.tile(order, whole)
 
 
-def drop(order: Integers, stretches: Sequence[tuple[int, int]]) -> Integers:
-    """Leave out pictures ``first`` to ``first + count``."""
-    lost = [index for first, count in stretches for index in range(first, min(first + count, len(order)))]
-    return np.delete(order, lost)
+def hold(order: Integers, lost: Sequence[int]) -> Integers:
+    """Leave the picture before in the place of each lost one; before the first picture it is dark."""
+    held = order.copy()
+    for place in sorted(set(lost)):
+        held[place] = held[place - 1] if place else -1
+    return held

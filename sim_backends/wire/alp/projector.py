@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from sim_backends.wire.alp.codes import (
     Seq,
     require,
 )
-from sim_backends.wire.alp.flut import FrameTable, drop, repeat, within
+from sim_backends.wire.alp.flut import FrameTable, hold, repeat, within
 from sim_backends.wire.alp.planes import Geometry, View, mirrors_of
 from sim_backends.wire.alp.sequence import Sequence
 from sim_backends.wire.alp.settings import AlpSettings, LostFrames, WrongRows
@@ -140,17 +141,23 @@ class Projector:
         elif settings.first_synch == "missing":
             # A counter that has seen no edge counts nothing, so picture 0 may as well not be shown.
             order, start_s = order[1:], start_s + picture_s
-        lost = [(fault.first, fault.count) for fault in settings.faults if isinstance(fault, LostFrames)]
+        silent = self._lost(len(order), "pass")
         # On an active-low line the edge that rises is the end of the pulse.
         late_us = timing.synch_pulse_us if self._polarity == LEVEL_LOW else 0
         self._projection = Projection(
             start_s=start_s,
             picture_time_s=picture_s,
             mirrors=mirrors_of(tuple(sequence.planes), self._geometry, self._view(sequence), self._empty()),
-            play_order=drop(order, lost),
+            play_order=np.delete(hold(order, silent), self._lost(len(order), "close-up")),
             sync_delay_s=(timing.synch_delay_us - late_us) * 1e-6,
+            silent=silent,
         )
         self._bench.show(self._projection)
+
+    def _lost(self, pictures: int, slots: Literal["pass", "close-up"]) -> tuple[int, ...]:
+        """Places of the lost pictures of one kind."""
+        faults = [fault for fault in self._settings.faults if isinstance(fault, LostFrames) and fault.slots == slots]
+        return tuple(k for fault in faults for k in range(fault.first, min(fault.first + fault.count, pictures)))
 
     def _view(self, sequence: Sequence) -> View:
         controls, lines = self.controls, sequence.lines

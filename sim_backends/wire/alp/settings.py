@@ -58,6 +58,9 @@ class LostFrames(Frozen):
     count: PositiveInt = 1
     """How many."""
 
+    slots: Literal["pass", "close-up"] = "pass"
+    """Whether their time passes, with the picture before them still on the mirrors, or the next picture comes at once [U]."""
+
 
 class WrongRows(Frozen):
     """Every picture comes some rows too low, as after a row-address error; the last rows come back at the top."""

@@ -68,15 +68,20 @@ def test_any_call_may_give_any_code() -> None:
     assert alp("AlpSeqTiming", device, sequence, 0, 50, 0, 10, 0) == 0
 
 
-def test_lost_frames_are_silent() -> None:
-    """Two of six pictures and their edges are missing, and every code is 0."""
+@pytest.mark.parametrize(
+    ("slots", "steps", "order"), [("pass", [1, 3, 1], [0, 1, 1, 1, 4, 5]), ("close-up", [1, 1, 1], [0, 1, 4, 5])]
+)
+def test_lost_frames_are_silent(slots: str, steps: list[int], order: list[int]) -> None:
+    """Two of six pictures and their edges are missing, and every code is 0. Their time passes, or it does not."""
     screen = Screen()
-    alp = Client(screen, faults=[{"kind": "lost-frames", "first": 2, "count": 2}])
+    alp = Client(screen, faults=[{"kind": "lost-frames", "first": 2, "count": 2, "slots": slots}])
     device = alp.device()
     sequence = alp.sequence(device, 6)
     assert alp("AlpProjStart", device, sequence) == 0
     assert alp("AlpProjWait", device) == 0
-    assert len(screen.edges(0, screen.clock.now_s())) == 4
+    edges = screen.edges(0, screen.clock.now_s()).time_s
+    np.testing.assert_allclose(np.diff(edges), np.array(steps) * screen.shown[-1].picture_time_s)
+    assert screen.shown[-1].play_order.tolist() == order
 
 
 def test_wrong_rows_shift_the_picture() -> None:
