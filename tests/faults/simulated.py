@@ -1,0 +1,39 @@
+"""Faults of the simulated counter."""
+
+from typing import Final
+
+from protocols import CounterOverrun, DeviceDisconnected
+from tests.faults.row import Row
+
+ROWS: Final = (
+    Row(
+        fault="the counter overruns",
+        keys="overrun_at_bin = 100",
+        error=CounterOverrun,
+        says=("pmt", "buffer full at bin 100"),
+        kept=100,
+        verdict="failed",
+    ),
+    Row(
+        fault="the counter overruns in a longer run",
+        keys="overrun_at_bin = 1100",
+        frames=200,
+        error=CounterOverrun,
+        kept=1100,
+        verdict="failed",
+    ),
+    Row(
+        fault="the counter overruns at once",
+        keys="overrun_at_bin = 0",
+        error=CounterOverrun,
+        kept=0,
+    ),
+    Row(
+        fault="the counter is unplugged",
+        keys="unplugged_at_bin = 100",
+        error=DeviceDisconnected,
+        says=("pmt", "after bin 100", "cable"),
+        kept=100,
+        verdict="failed",
+    ),
+)

@@ -1,0 +1,17 @@
+"""All rows, by device."""
+
+from collections.abc import Mapping, Sequence
+
+from tests.faults import alp, ni, scene, simulated, usb_ctr, zolix
+from tests.faults.row import Row
+
+TABLE: Mapping[str, Sequence[Row]] = {
+    "Sync line": scene.ROWS,
+    "Simulated counter": simulated.ROWS,
+    "DLP7000 on ALP-4": alp.ROWS,
+    "H10682 on NI-DAQmx": ni.ROWS,
+    "H10682 on USB-CTR": usb_ctr.ROWS,
+    "KA400Z on MC600": zolix.mc600_rows(),
+    "KA400Z on SC300": zolix.sc300_rows(),
+}
+"""Device as the page's headings have it -> its faults."""

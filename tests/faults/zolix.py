@@ -1,0 +1,221 @@
+"""Faults of the Zolix controllers and of the motor (ka400z.md 3F)."""
+
+from collections.abc import Iterator
+from typing import Final, Literal, TypeAlias
+
+from protocols import (
+    DeviceDisconnected,
+    DeviceError,
+    DeviceRefused,
+    DeviceTimeout,
+    DriverUnavailable,
+    SafeStateFailed,
+)
+from tests.faults.row import ErrorType, Row
+
+Dialect: TypeAlias = Literal["mc600", "sc300"]
+
+_NEVER_ENDS: Final = ("stage", "17.800 of 17.800 mm done", "the line that ends the motion to 17.8 mm")
+
+
+def _fault(line: str) -> str:
+    return f"faults = [{{ {line} }}]"
+
+
+def _mute(dialect: Dialect, fault: str, nth: int, *says: str, kept: int | None = 0) -> Row:
+    return Row(
+        fault=fault,
+        stage=dialect,
+        emulator=_fault(f'kind = "mute", nth = {nth}'),
+        error=DeviceTimeout,
+        says=("stage", *says),
+        kept=kept,
+        again=DeviceTimeout,
+    )
+
+
+def _gone(dialect: Dialect, fault: str, nth: int, kept: int | None = 0) -> Row:
+    """A stage that cannot be reached may still move: that it cannot be made safe is what is raised."""
+    return Row(
+        fault=fault,
+        stage=dialect,
+        emulator=_fault(f'kind = "port-vanishes", nth = {nth}'),
+        error=SafeStateFailed,
+        after=DeviceDisconnected,
+        says=("stage", "a serial port that fails", "switch off by hand"),
+        kept=kept,
+        again=SafeStateFailed,
+        closing=SafeStateFailed,
+    )
+
+
+def _at_opening(dialect: Dialect, fault: str, line: str, error: ErrorType, *says: str) -> Row:
+    return Row(
+        fault=fault,
+        stage=dialect,
+        emulator=_fault(line),
+        at_opening=True,
+        error=error,
+        says=("stage", *says),
+        kept=0,
+    )
+
+
+def _common(dialect: Dialect, *, completion_byte: int) -> Iterator[Row]:
+    yield _at_opening(dialect, "mute from the start", 'kind = "mute"', DriverUnavailable, "b''", "cable")
+    yield _at_opening(dialect, "no port", 'kind = "port-vanishes"', DeviceDisconnected, "a serial port that fails")
+    yield Row(
+        fault="the line that ends the motion is lost",
+        stage=dialect,
+        emulator=_fault('kind = "lost-reply", at = "completion"'),
+        error=DeviceTimeout,
+        says=_NEVER_ENDS,
+        again="good",
+    )
+    yield Row(
+        fault="a byte of the line that ends the motion is corrupted",
+        stage=dialect,
+        emulator=_fault(f'kind = "corrupted-byte", at = "completion", byte = {completion_byte}'),
+        error=DeviceTimeout,
+        says=_NEVER_ENDS,
+        again="good",
+    )
+    yield Row(
+        fault="the line that ends the motion comes half a second late",
+        stage=dialect,
+        emulator=_fault('kind = "late-completion"'),
+        again="good",
+    )
+    yield Row(
+        fault="the line that ends the motion comes late, after the next run has begun to ask",
+        stage=dialect,
+        emulator=_fault('kind = "late-completion", delay_s = 5.0'),
+        error=DeviceTimeout,
+        says=_NEVER_ENDS,
+        again="good",
+    )
+    yield Row(
+        fault="the line that ends the motion comes twice",
+        stage=dialect,
+        emulator=_fault('kind = "duplicated-completion"'),
+        again="good",
+    )
+    yield Row(
+        fault="the motor loses its steps in the run-up: the controller counts on, and no answer tells",
+        stage=dialect,
+        emulator=_fault('kind = "stall", after = 0.2'),
+        counts="wrong",
+        again=DeviceError,
+    )
+    yield Row(
+        fault="a limit switch in the run-up",
+        stage=dialect,
+        emulator="travel_mm = [0.0, 5.0]",
+        error=DeviceError,
+        says=("stage", "over at 5 mm", "limit switches"),
+        counts="wrong",
+    )
+    yield Row(
+        fault="a limit switch after the last pattern",
+        stage=dialect,
+        emulator="travel_mm = [0.0, 10.0]",
+        error=DeviceError,
+        says=("stage", "over at 10 mm", "limit switches"),
+    )
+    yield Row(
+        fault="a limit switch that is never released",
+        stage=dialect,
+        emulator=_fault('kind = "limit-sticks"'),
+        error=DeviceRefused,
+        says=("stage", "limit switch"),
+        kept=0 if dialect == "mc600" else None,
+        counts="wrong",
+    )
+
+
+def mc600_rows() -> tuple[Row, ...]:
+    """Of the MC600, whose 12th command starts the run's motion."""
+    dialect: Final = "mc600"
+    return (
+        *_common(dialect, completion_byte=3),
+        _at_opening(
+            dialect,
+            "the answer to the fourth command is lost",
+            'kind = "lost-reply", nth = 4',
+            DeviceTimeout,
+            "SetUnit",
+        ),
+        Row(
+            fault="the answer to a position query is lost",
+            stage=dialect,
+            emulator=_fault('kind = "lost-reply", nth = 8'),
+            error=DeviceTimeout,
+            says=("stage", "not a byte", "Position? X"),
+            kept=0,
+            again="good",
+        ),
+        Row(
+            fault="the answer to the move is lost: it may have begun, so it is stopped",
+            stage=dialect,
+            emulator=_fault('kind = "lost-reply", at = "GoPosition"'),
+            error=DeviceTimeout,
+            says=("stage", "Ready in answer to", "GoPosition"),
+            kept=0,
+            again="good",
+        ),
+        Row(
+            fault="a byte of a position is corrupted",
+            stage=dialect,
+            emulator=_fault('kind = "corrupted-byte", nth = 7, byte = 2'),
+            error=DeviceTimeout,
+            says=("stage", "POCITION?"),
+            kept=0,
+            again="good",
+        ),
+        _mute(dialect, "mute from a setting on", 10, "not a byte", "SetInitSpeed"),
+        _mute(dialect, "mute from the move on", 12, "not a byte", "GoPosition"),
+        _mute(dialect, "mute while it moves", 13, *_NEVER_ENDS, "the controller is mute", kept=None),
+        _gone(dialect, "the port vanishes at a setting", 10),
+        _gone(dialect, "the port vanishes at the move", 12),
+        _gone(dialect, "the port vanishes while it moves", 13, kept=None),
+    )
+
+
+def sc300_rows() -> tuple[Row, ...]:
+    """Of the SC300, whose 10th command starts the run's motion."""
+    dialect: Final = "sc300"
+    return (
+        *_common(dialect, completion_byte=3),
+        _at_opening(
+            dialect, "the answer to the fourth command is lost", 'kind = "lost-reply", nth = 4', DeviceTimeout, "?X"
+        ),
+        Row(
+            fault="the answer to a setting is lost",
+            stage=dialect,
+            emulator=_fault('kind = "lost-reply", at = "VX"'),
+            error=DeviceTimeout,
+            says=("stage", "not a byte", "VX,10000"),
+            kept=0,
+            again="good",
+        ),
+        Row(
+            fault="a byte of the answer to a setting is corrupted",
+            stage=dialect,
+            emulator=_fault('kind = "corrupted-byte", nth = 7, byte = 2'),
+            error=DeviceTimeout,
+            says=("stage", "O["),
+            kept=0,
+            again="good",
+        ),
+        Row(
+            fault="the first byte of the line that ends the motion is corrupted, which may be a letter anyway",
+            stage=dialect,
+            emulator=_fault('kind = "corrupted-byte", at = "completion"'),
+            again="good",
+        ),
+        _mute(dialect, "mute from a setting on", 8, "not a byte", "FX,0"),
+        _mute(dialect, "mute while it moves", 10, *_NEVER_ENDS, "the controller is mute", kept=None),
+        _gone(dialect, "the port vanishes at a setting", 8),
+        _gone(dialect, "the port vanishes at the move", 10),
+        _gone(dialect, "the port vanishes while it moves", 11, kept=None),
+    )
