@@ -149,6 +149,17 @@ def _rows() -> Iterator[Row]:
         counts="alike",
     )
     yield Row(
+        fault="frames lost without an error code (NI, MC600)",
+        modulator="alp",
+        counter="ni",
+        stage="mc600",
+        emulator=_fault('kind = "lost-frames", first = 100, count = 3'),
+        verdict="flagged",
+        gaps=(100, 101, 102),
+        masked=(16, 17),
+        counts="alike",
+    )
+    yield Row(
         fault="frames lost without an error code, and the next come at once: nothing tells which",
         modulator="alp",
         emulator=_fault('kind = "lost-frames", first = 100, count = 3, slots = "close-up"'),

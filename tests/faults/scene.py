@@ -135,6 +135,14 @@ ROWS: Final = (
         masked=tuple(range(10)),
         counts="alike",
     ),
+    *(
+        replace(row, fault=f"{row.fault} (DLP7000, NI, MC600)", modulator="alp", counter="ni", stage="mc600")
+        for row in (_TIMED[0], _TIMED[3], _TIMED[5])
+    ),
+    *(
+        replace(row, fault=f"{row.fault} (DLP7000, USB-CTR, SC300)", modulator="alp", counter="usb-ctr", stage="sc300")
+        for row in (_UNTIMED[0], _UNTIMED[3], _UNTIMED[5])
+    ),
     Row(
         fault="the modulator stalls (DLP7000)",
         modulator="alp",
