@@ -121,19 +121,17 @@ class ShiftedHadamard:
 
     def matvec(self, image: Singles) -> Singles:
         """Values of an image: ``(pixels,)`` to ``(rows,)``."""
-        square = image.reshape(self.image_shape)
-        values: Singles = np.vecdot(self.down[0] @ square, self.across[0])
-        for down, across in zip(self.down[1:], self.across[1:], strict=True):
-            values += np.vecdot(down @ square, across)
+        height, _ = self.image_shape
+        columns = self.down.reshape(-1, height) @ image.reshape(self.image_shape)
+        values: Singles = np.einsum("trw,trw->r", columns.reshape(self.across.shape), self.across)
         return values
 
     def rmatvec(self, values: Singles) -> Singles:
         """The transpose: ``(rows,)`` to ``(pixels,)``."""
-        image: Singles = self.down[0].T @ (values[:, None] * self.across[0])
-        for down, across in zip(self.down[1:], self.across[1:], strict=True):
-            image += down.T @ (values[:, None] * across)
-        flat: Singles = image.ravel()
-        return flat
+        height, width = self.image_shape
+        scaled: Singles = values[:, None] * self.across
+        image: Singles = self.down.reshape(-1, height).T @ scaled.reshape(-1, width)
+        return image.ravel()
 
     def gram(self) -> Singles:
         """A A', ``(rows, rows)``."""

@@ -34,7 +34,8 @@ class Measurement:
     """``(rows, 6)``: corrected for dead time and dark counts, divided by ``light``."""
 
     variance: Floats
-    """``(rows, 6)``: of ``values``."""
+    """``(rows, 6)``: of ``values``. Of photons, I_H+ and I_H- have that of their sum, smoothed over frames, by halves: each
+    count as its own variance would make low counts weigh more."""
 
     light: Floats
     """``(rows,)``: smoothed total light over its mean; 1 where the total light may change by itself."""
@@ -71,6 +72,9 @@ class Measurement:
         if steady_object and len(total) >= _FEWEST and (total > 0).any():
             light = smooth(total, np.ones(len(total)), orders=(1,)).values
             light = np.maximum(light / light.mean(), 1e-3)
+        if recording.photon_counts and len(total) >= _FEWEST:
+            both = variance[:, POSITIVE] + variance[:, NEGATIVE]
+            variance[:, POSITIVE:] = smooth(both, np.ones(len(both)), orders=(1,)).values[:, None] / 2
         floor = (_LEAST_NOISE * float(np.sqrt(np.mean(np.square(values))))) ** 2 + 1e-30
         variance = np.where(np.isfinite(variance), np.maximum(variance, floor), floor)
         scheme = scheme_of(recording.plan)

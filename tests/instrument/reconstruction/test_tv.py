@@ -72,6 +72,15 @@ def test_a_tighter_tolerance_takes_more_iterations() -> None:
     assert loose < tight < 2000
 
 
+def test_values_that_no_image_explains_take_at_most_four_times_the_iterations() -> None:
+    """Random values of 1,000 times the stated noise."""
+    rows, _ = _rows(204, sigma=2.0)
+    values = 1000 * np.random.default_rng(7).standard_normal(204).astype(np.float32)
+    state = total_variation(rows, values, tolerance=0, iterations=35)
+    assert state.iterations <= 4 * 35
+    assert state.misfit > 2
+
+
 def test_the_solution_is_where_the_optimality_condition_says() -> None:
     """Plain TV at the optimum: 0 = <x, A'(A x - b)> + lambda TV(x), as both are homogeneous of degree one at x >= 0."""
     rows, values = _rows(150, sigma=3.0)
