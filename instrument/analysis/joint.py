@@ -12,6 +12,7 @@ from instrument.reconstruction.rows import NEGATIVE, POSITIVE, Measurement, as_t
 from instrument.reconstruction.tv import total_variation
 from instrument.recording import Recording
 from instrument.schemes import scheme_of
+from instrument.threads import one_blas_thread
 from instrument.tracking import Trajectory
 from instrument.tracking.smoothing import Smooth, smooth
 from protocols import Floats
@@ -20,7 +21,8 @@ _FEWEST = 64  # frames below which an image is too poor to refine anything
 _ORDERS = (3, 2, 1)  # of the smoother: the smoothest first, as its ends follow a bent way best
 _LEAST_INFORMATION = 1e-3  # of the best frame's: a frame that tells less makes no step of its own
 _BLOCKS = 32  # of a run, to see slow errors in
-_CLEAR = 17.0  # light of a half-lit pattern over its noise, below which the image is too poor to improve on the tracker
+_LEAST_VARIANCE = 0.02  # of the mean: dark frames of photon counts are not certain
+_TINY = 1e-12
 _STANDS = 0.2  # of the uncertainty: a change of the motion below that is none
 
 
@@ -38,6 +40,7 @@ class Refined:
     """Refinements of the motion."""
 
 
+@one_blas_thread()
 def refine(recording: Recording, motion: Trajectory | Floats, *, region: bool = True, loops: int = 4) -> Refined:
     """Refine a trajectory by all that was measured, and reconstruct the image.
 
@@ -46,11 +49,12 @@ def refine(recording: Recording, motion: Trajectory | Floats, *, region: bool = 
     step for the whole path: each frame's displacement that would explain its values best, weighted by its information,
     smoothed as far as the data say.
 
+    Of each axis's two Fourier values only the direction in which motion turns them counts, not the amplitude: an image too
+    smooth or too dark is no motion. Photon counts are weighted by the counts expected: weighting by those that came would
+    favour low ones, and with few counts that is a bias of the motion larger than its noise.
+
     The stated uncertainty is the smoother's, and more where the image leaves slow errors in the Fourier values: seen in their
     amplitude, in which there is no motion. It does not know of a bend at the run's ends too weak for the data to show.
-
-    Where there is little light (half-lit patterns below 17 times their noise, some 290 counts) the motion stays as it was given:
-    the image is then too poor, and refinement was seen to make motion worse.
 
     Args:
         recording: of the six-pattern scheme.
@@ -70,10 +74,8 @@ def refine(recording: Recording, motion: Trajectory | Floats, *, region: bool = 
     state = None
     step: _Step | None = None
     fixed = FixedPatterns.of(scheme_of(recording.plan), area)
-    light: Floats = measurement.values[:, POSITIVE:] / np.sqrt(measurement.variance[:, POSITIVE:])
-    worth = len(measurement.frame) >= _FEWEST and float(np.median(light)) >= _CLEAR
     done = 0
-    while worth and done < loops:
+    while len(measurement.frame) >= _FEWEST and done < loops:
         state = total_variation(rows, values, tolerance=0.03, iterations=60, start=state)
         step = _step(measurement, fixed, trajectory, places=places, image=state.image, last=step)
         before, trajectory = trajectory, step.trajectory(trajectory)
@@ -110,57 +112,85 @@ def _step(
     last: _Step | None,
 ) -> _Step:
     """One Gauss-Newton step for x, then for y, each smoothed over the whole run."""
-    residual, slope = _against(measurement, fixed, places, image)
+    views = _against(measurement, fixed, places, image)
     path = trajectory.displacement_px
     fits: list[Smooth] = []
     excess: list[float] = []
+    moved = np.zeros((len(measurement.frame), 2))
     for axis in range(2):
         information = np.zeros(len(path))
         pull = np.zeros(len(path))
-        information[measurement.frame] = np.sum(slope[..., axis] ** 2, axis=1)
-        pull[measurement.frame] = np.sum(slope[..., axis] * residual, axis=1)
+        for residual, slope in views.rows:
+            left = residual - np.vecdot(slope, moved)
+            information[measurement.frame] += slope[:, axis] ** 2
+            pull[measurement.frame] += slope[:, axis] * left
         wanted = path[:, axis] + pull / np.maximum(information, _LEAST_INFORMATION * information.max())
         fit = smooth(wanted, information, orders=_ORDERS, known=True, near=None if last is None else last.fits[axis])
-        moved = (fit.values - path[:, axis])[measurement.frame]
-        residual = residual - slope[..., axis] * moved[:, None]
+        moved[:, axis] = (fit.values - path[:, axis])[measurement.frame]
         fits.append(fit)
-        pair = slice(2 * axis, 2 * axis + 2)
-        excess.append(_slowness(residual[:, pair], slope[:, pair, axis]))
+        excess.append(_slowness(views.amplitude[axis]))
     return _Step(tuple(fits), tuple(excess))
 
 
-def _slowness(residual: Floats, slope: Floats) -> float:
-    """Power of slow errors in the amplitude of a pair of Fourier values, over that of white noise; at least 1.
-
-    Args:
-        residual: ``(rows, 2)`` over the noise.
-        slope: ``(rows, 2)``: the direction of motion, at right angles to that of amplitude.
-    """
-    length = np.hypot(slope[:, 0], slope[:, 1]) + 1e-12
-    amplitude = (slope[:, 0] * residual[:, 1] - slope[:, 1] * residual[:, 0]) / length
+def _slowness(amplitude: Floats) -> float:
+    """Power of slow errors in an amplitude, over that of white noise of variance 1; at least 1."""
     block = max(2, len(amplitude) // _BLOCKS)
     means = amplitude[: len(amplitude) // block * block].reshape(-1, block).mean(axis=1)
-    return max(1.0, float(means.var()) * block)
+    return max(1.0, float(means.var(ddof=1)) * block)
 
 
-def _against(measurement: Measurement, fixed: FixedPatterns, places: Floats, image: Singles) -> tuple[Floats, Floats]:
-    """Residuals of the four Fourier values and the Hadamard difference, and their derivatives by x and y, over the noise.
+@dataclass(frozen=True, eq=False)
+class _Views:
+    """What each frame says of its place, over the noise."""
+
+    rows: tuple[tuple[Floats, Floats], ...]
+    """Of the Fourier pair along x, that along y, and the Hadamard difference: residuals ``(rows,)``, and their derivatives by
+    x and y, ``(rows, 2)``."""
+
+    amplitude: tuple[Floats, ...]
+    """``(rows,)`` for each Fourier pair: what is left of it at right angles to motion."""
+
+
+def _against(measurement: Measurement, fixed: FixedPatterns, places: Floats, image: Singles) -> _Views:
+    """Compare the values with those of an image.
 
     Of Fourier values and their predictions, half of the total light is taken off: an image a little too dark is no motion.
-
-    Returns:
-        ``(rows, 5)`` and ``(rows, 5, 2)``.
     """
-    fourier, fourier_slope = fixed.values(fixed.maps(image), places[:, :POSITIVE])
-    total = np.mean(measurement.values[:, POSITIVE] + measurement.values[:, NEGATIVE])
-    seen = measurement.values[:, :POSITIVE] - (total - image.sum()) / 2
+    fourier, slope = fixed.values(fixed.maps(image), places[:, :POSITIVE])
+    total = float(np.mean(measurement.values[:, POSITIVE] + measurement.values[:, NEGATIVE]))
+    expected = fourier + (total - float(image.sum())) / 2
+    residual = measurement.values[:, :POSITIVE] - expected
+    variance = _expected_variance(measurement, expected)
+    rows: list[tuple[Floats, Floats]] = []
+    amplitude: list[Floats] = []
+    for axis in range(2):
+        pair = slice(2 * axis, 2 * axis + 2)
+        turn = slope[:, pair, axis] / (np.linalg.norm(slope[:, pair, axis], axis=1)[:, None] + _TINY)
+        across = turn[:, ::-1] * [-1.0, 1.0]
+        sigma, aside = (np.sqrt(np.vecdot(way**2, variance[:, pair])) for way in (turn, across))
+        rows.append((np.vecdot(turn, residual[:, pair]) / sigma, np.vecdot(turn[..., None], slope[:, pair], axis=1) / sigma[:, None]))
+        amplitude.append(np.vecdot(across, residual[:, pair]) / aside)
+    rows.append(_hadamard(measurement, places, image, fixed.region))
+    return _Views(tuple(rows), tuple(amplitude))
+
+
+def _expected_variance(measurement: Measurement, expected: Floats) -> Floats:
+    """Variance of the Fourier values if they were as expected, from how those that came go with their variances."""
+    values, variance = measurement.values[:, :POSITIVE], measurement.variance[:, :POSITIVE]
+    if not measurement.photon_counts:
+        return variance
+    spread = values - values.mean()
+    slope = float(np.vdot(spread, variance) / (np.vdot(spread, spread) + _TINY))
+    least = float(variance.mean()) * _LEAST_VARIANCE
+    return np.maximum(variance.mean() + slope * (expected - values.mean()), least)
+
+
+def _hadamard(measurement: Measurement, places: Floats, image: Singles, region: Region) -> tuple[Floats, Floats]:
+    """Residuals of the Hadamard differences, and their derivatives by x and y, over the noise."""
     middle = places[:, POSITIVE:].mean(axis=1)
-    down, across = walsh_factors(measurement.pairs, middle, measurement.size, fixed.region)
-    steep = walsh_factors(measurement.pairs, middle, measurement.size, fixed.region, slope=True)
+    down, across = walsh_factors(measurement.pairs, middle, measurement.size, region)
+    steep_down, steep_across = walsh_factors(measurement.pairs, middle, measurement.size, region, slope=True)
     columns = down @ image
-    hadamard = np.vecdot(columns, across)
-    hadamard_slope = np.stack([np.vecdot(columns, steep[1]), np.vecdot(steep[0] @ image, across)], axis=-1)
-    sigma = np.concatenate([np.sqrt(measurement.variance[:, :POSITIVE]), measurement.difference_sigma[:, None]], axis=1)
-    residual = np.concatenate([seen - fourier, (measurement.difference - hadamard)[:, None]], axis=1) / sigma
-    slope = np.concatenate([fourier_slope, hadamard_slope[:, None]], axis=1) / sigma[..., None]
-    return residual, slope
+    sigma = measurement.difference_sigma
+    slope = np.stack([np.vecdot(columns, steep_across), np.vecdot(steep_down @ image, across)], axis=-1)
+    return (measurement.difference - np.vecdot(columns, across)) / sigma, slope / sigma[:, None]

@@ -14,6 +14,7 @@ from instrument.reconstruction.rows import NEGATIVE, POSITIVE, Measurement, as_t
 from instrument.reconstruction.tv import TvState, total_variation
 from instrument.reconstruction.tval3 import AlState, tv_augmented_lagrangian
 from instrument.recording import Recording
+from instrument.threads import one_blas_thread
 from instrument.tracking import Trajectory
 from protocols import Floats
 
@@ -53,6 +54,7 @@ class Reconstruction:
         return np.array(self.image, dtype=dtype, copy=copy)
 
 
+@one_blas_thread()
 def reconstruct(
     recording: Recording,
     motion: Trajectory | Floats,

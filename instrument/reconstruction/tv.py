@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from instrument.reconstruction.operator import Operator, Singles, largest_eigenvalue
+from instrument.threads import one_blas_thread
 from protocols import Floats
 
 _LOOK_EVERY = 10
@@ -40,6 +41,7 @@ class TvState:
     """Spent in all."""
 
 
+@one_blas_thread()
 def total_variation(
     operator: Operator,
     values: Singles,
