@@ -1,0 +1,1 @@
+"""What Kinopix reaches, one command a figure; see README.md here."""
