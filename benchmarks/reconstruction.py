@@ -1,17 +1,20 @@
 """Displacement and image after joint refinement, on the simulation of the paper: 128 x 128, 1,666 frames, noise 0.1 a pixel.
 
-``python -m benchmarks.reconstruction [--seeds 5]``, from the repository's root.
+``python -m benchmarks.reconstruction [--seeds 5] [--only TITLE | --methods]``, from the repository's root. Times are those of
+this machine, now.
 """
 
 import argparse
 import time
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from instrument.analysis import refine
 from instrument.analysis.metrics import displacement_mse, offset_free_mse, psnr, ssim_global, ssim_local
 from instrument.plan import Plan
-from instrument.reconstruction import reconstruct
+from instrument.reconstruction import Method, reconstruct
 from instrument.recording import Recording
 from instrument.tracking import track
 from protocols import Floats
@@ -58,7 +61,9 @@ def row(recording: Recording, *, region: bool) -> list[float]:
     refined = refine(recording, tracked, region=region)
     took = time.perf_counter() - started
     found, image = refined.trajectory, refined.image.image
-    best = reconstruct(recording, truth.displacement_px, region=region).image
+    started = time.perf_counter()
+    best = reconstruct(recording, truth.displacement_px, region=region)
+    best_took = time.perf_counter() - started
     error = np.abs(found.displacement_px - truth.displacement_px)[1:]
     return [
         displacement_mse(tracked.displacement_px, truth.displacement_px),
@@ -66,45 +71,115 @@ def row(recording: Recording, *, region: bool) -> list[float]:
         offset_free_mse(found.displacement_px, truth.displacement_px),
         float(np.mean(error < 1.96 * found.sigma_px[1:])),
         psnr(image, truth.image, fit_gain=gain),
-        psnr(best, truth.image, fit_gain=gain),
+        psnr(best.image, truth.image, fit_gain=gain),
         ssim_global(image, truth.image, fit_gain=gain),
         ssim_local(image, truth.image, fit_gain=gain),
         refined.image.misfit,
         took,
+        best_took,
+        best.iterations,
     ]
 
 
-def table(title: str, name: str, path: Path2D, seeds: int, *, frames: int = FRAMES, counts: float = 0.0) -> None:
-    """Print one line: mean over seeds. ``counts`` is the mean of a half-lit pattern; 0 takes noise ``pixel`` 0.1."""
-    rows: list[list[float]] = []
-    for seed in range(seeds):
-        plan = Plan(frames=FRAMES, image_size=SIZE)
-        peak = 2 * counts if counts else None
-        recording = simulate(plan, scene(name), path, sigma=0.1, peak_counts=peak, seed=seed).first(frames)
-        rows.append(row(recording, region="full" not in title))
-    mean = np.mean(rows, axis=0)
-    print(f"{title:24s}" + " ".join(f"{value:8.4f}" for value in mean), flush=True)
+@dataclass(frozen=True)
+class Case:
+    """One line of the table: what differs from a "B" on 1,666 frames, noise ``pixel`` 0.1, solved for in the region."""
+
+    title: str
+    name: str = "letter-B"
+    counts: float = 0.0
+    """Mean counts of a half-lit pattern; an all-on pattern has twice as many. 0 takes noise ``pixel``."""
+    planned: int = FRAMES
+    """Frames of the plan: the whole way is gone in them, so that fewer are a faster motion."""
+    used: int = FRAMES
+    """Of those, the first so many are analysed."""
+    order: Literal["tv", "hyperbolic"] = "tv"
+    region: bool = True
+
+    def run(self, path: Path2D, seed: int) -> Recording:
+        """Record it."""
+        plan = Plan(frames=self.planned, image_size=SIZE, hadamard_order=self.order)
+        slower = FRAMES / self.planned
+        peak = 2 * self.counts if self.counts else None
+        whole = simulate(plan, scene(self.name), lambda t: path(slower * t), sigma=0.1, peak_counts=peak, seed=seed)
+        return whole.first(self.used)
+
+    def mean(self, path: Path2D, seeds: int) -> Floats:
+        """Mean figures over seeds."""
+        rows = [row(self.run(path, seed), region=self.region) for seed in range(seeds)]
+        mean: Floats = np.mean(rows, axis=0)
+        return mean
+
+
+MOTIONS: tuple[tuple[str, Path2D], ...] = (("I", arc), ("II", diagonal))
+CASES = (
+    Case("B"),
+    Case("plane", "plane"),
+    Case("bars", "bars"),
+    Case("bars, hyperbolic", "bars", order="hyperbolic"),
+    Case("B, full field", region=False),
+    Case("B, first 333 of 1666", used=333),
+    Case("B, plan of 333", planned=333),
+    Case("B, plan of 333, hyp.", planned=333, order="hyperbolic"),
+    Case("B, plan of 666", planned=666),
+    *(Case(f"B, {counts} counts", counts=counts) for counts in (25, 50, 100, 125, 250, 1000, 4000)),
+)
+
+
+def compare_methods(seeds: int) -> None:
+    """Print PSNR with the true motion, edges freed against a Bregman step, each at three strengths."""
+    tried: tuple[tuple[Method, float], ...] = (
+        *(("tv", strength) for strength in (2.0, 3.0, 4.0)),
+        *(("tv-bregman", strength) for strength in (2.0, 4.0, 5.0, 6.0)),
+    )
+    print("PSNR, true motion, region" + " ".join(f"{method:>10s} {strength:g}" for method, strength in tried))
+    for case in (Case("B"), Case("plane", "plane"), Case("bars", "bars"), Case("B, 50 counts", counts=50)):
+        for motion, path in MOTIONS:
+            figures = np.zeros(len(tried))
+            for seed in range(seeds):
+                recording = case.run(path, seed)
+                if recording.truth is None:
+                    continue
+                truth, gain = recording.truth, recording.photon_counts
+                found = [reconstruct(recording, truth.displacement_px, m, strength=s).image for m, s in tried]
+                figures += [psnr(image, truth.image, fit_gain=gain) / seeds for image in found]
+            print(f"{case.title:22s} {motion:2s}" + " ".join(f"{figure:12.2f}" for figure in figures), flush=True)
 
 
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=5)
-    seeds: int = parser.parse_args().seeds
-    heads = ("trackMSE", "MSE", "off-free", "covered", "PSNR", "PSNRtrue", "SSIMglob", "SSIMloc", "misfit", "s")
-    print(" " * 24 + " ".join(f"{head:>8s}" for head in heads))
-    motions: tuple[tuple[str, Path2D], ...] = (("I", arc), ("II", diagonal))
-    for motion, path in motions:
-        for name in ("letter-B", "plane", "bars"):
-            table(f"{name} {motion}", name, path, seeds)
-        table(f"letter-B {motion} full field", "letter-B", path, seeds)
-        table(f"letter-B {motion} 333 frames", "letter-B", path, seeds, frames=333)
-        for counts in (50, 100, 250):
-            table(f"letter-B {motion} {counts} counts", "letter-B", path, seeds, counts=counts)
-    still = simulate(Plan(frames=FRAMES, image_size=SIZE), scene("letter-B"), diagonal)
-    if still.truth is not None:
-        exact = psnr(reconstruct(still, still.truth.displacement_px).image, still.truth.image)
-        print(f"without noise, true motion II: {exact:.1f} dB")
+    parser.add_argument("--only", default="", help="cases whose title contains this")
+    parser.add_argument("--methods", action="store_true", help="compare edges freed with a Bregman step instead")
+    arguments = parser.parse_args()
+    seeds: int = arguments.seeds
+    if arguments.methods:
+        compare_methods(seeds)
+        return
+    only: str = arguments.only
+    heads = ("trackMSE", "MSE", "off-free", "covered", "PSNR", "true", "SSIMglob", "SSIMloc", "misfit", "all s")
+    print(
+        "MSE in px^2. 'true': PSNR of reconstruct() given the true motion, its time and iterations. Counts: mean of a half-lit"
+    )
+    print(
+        "pattern; of an all-on pattern they are twice as many, so that '50 counts' in that reading is the line of 25."
+    )
+    print(" " * 26 + " ".join(f"{head:>8s}" for head in (*heads, "true s", "iter.")))
+    for case in CASES:
+        if only not in case.title:
+            continue
+        for motion, path in MOTIONS:
+            mean = case.mean(path, seeds)
+            print(f"{case.title:22s} {motion:2s} " + " ".join(f"{value:8.4f}" for value in mean), flush=True)
+    for motion, path in MOTIONS:
+        still = simulate(Plan(frames=FRAMES, image_size=SIZE), scene("letter-B"), path)
+        if still.truth is not None and not only:
+            started = time.perf_counter()
+            exact = reconstruct(still, still.truth.displacement_px)
+            took = time.perf_counter() - started
+            figure = psnr(exact.image, still.truth.image)
+            print(f"without noise, true motion {motion}: {figure:.1f} dB, {exact.iterations} iterations, {took:.2f} s")
 
 
 if __name__ == "__main__":
