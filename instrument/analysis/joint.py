@@ -20,7 +20,8 @@ from protocols import Floats
 _FEWEST = 64  # frames below which an image is too poor to refine anything
 _ORDERS = (3, 2, 1)  # of the smoother: the smoothest first, as its ends follow a bent way best
 _LEAST_INFORMATION = 1e-3  # of the best frame's: a frame that tells less makes no step of its own
-_BLOCKS = 32  # of a run, to see slow errors in
+_BLOCKS = (8, 32)  # of a run, to see slow errors in: fewest and most
+_BLOCK = 50  # frames in one of them: some pixels of way, longer than dithering keeps its error
 _LEAST_VARIANCE = 0.02  # of the mean: dark frames of photon counts are not certain
 _TINY = 1e-12
 _STANDS = 0.2  # of the uncertainty: a change of the motion below that is none
@@ -54,7 +55,8 @@ def refine(recording: Recording, motion: Trajectory | Floats, *, region: bool = 
     favour low ones, and with few counts that is a bias of the motion larger than its noise.
 
     The stated uncertainty is the smoother's, and more where the image leaves slow errors in the Fourier values: seen in their
-    amplitude, in which there is no motion. It does not know of a bend at the run's ends too weak for the data to show.
+    amplitude, in which there is no motion, and counted in proportion to what these values tell of the motion. It does not know
+    of a bend at the run's ends too weak for the data to show.
 
     Args:
         recording: of the six-pattern scheme.
@@ -74,10 +76,13 @@ def refine(recording: Recording, motion: Trajectory | Floats, *, region: bool = 
     state = None
     step: _Step | None = None
     fixed = FixedPatterns.of(scheme_of(recording.plan), area)
+    total: Floats = measurement.values[:, POSITIVE] + measurement.values[:, NEGATIVE]
+    if len(total) >= _FEWEST:
+        total = smooth(total, np.ones(len(total)), orders=(1,)).values
     done = 0
     while len(measurement.frame) >= _FEWEST and done < loops:
         state = total_variation(rows, values, tolerance=0.03, iterations=60, start=state)
-        step = _step(measurement, fixed, trajectory, places=places, image=state.image, last=step)
+        step = _step(measurement, fixed, total, trajectory, places=places, image=state.image, last=step)
         before, trajectory = trajectory, step.trajectory(trajectory)
         places = places_px(trajectory, recording, measurement)
         rows, values = measurement.hadamard(places, area)
@@ -105,6 +110,7 @@ class _Step:
 def _step(
     measurement: Measurement,
     fixed: FixedPatterns,
+    total: Floats,
     trajectory: Trajectory,
     *,
     places: Floats,
@@ -112,7 +118,7 @@ def _step(
     last: _Step | None,
 ) -> _Step:
     """One Gauss-Newton step for x, then for y, each smoothed over the whole run."""
-    views = _against(measurement, fixed, places, image)
+    views = _against(measurement, fixed, total, places, image)
     path = trajectory.displacement_px
     fits: list[Smooth] = []
     excess: list[float] = []
@@ -128,13 +134,14 @@ def _step(
         fit = smooth(wanted, information, orders=_ORDERS, known=True, near=None if last is None else last.fits[axis])
         moved[:, axis] = (fit.values - path[:, axis])[measurement.frame]
         fits.append(fit)
-        excess.append(_slowness(views.amplitude[axis]))
+        share = float(np.sum(views.rows[axis][1][:, axis] ** 2) / information.sum())
+        excess.append(1 + share * (_slowness(views.amplitude[axis]) - 1))
     return _Step(tuple(fits), tuple(excess))
 
 
 def _slowness(amplitude: Floats) -> float:
     """Power of slow errors in an amplitude, over that of white noise of variance 1; at least 1."""
-    block = max(2, len(amplitude) // _BLOCKS)
+    block = max(2, len(amplitude) // min(max(len(amplitude) // _BLOCK, _BLOCKS[0]), _BLOCKS[1]))
     means = amplitude[: len(amplitude) // block * block].reshape(-1, block).mean(axis=1)
     return max(1.0, float(means.var(ddof=1)) * block)
 
@@ -151,25 +158,30 @@ class _Views:
     """``(rows,)`` for each Fourier pair: what is left of it at right angles to motion."""
 
 
-def _against(measurement: Measurement, fixed: FixedPatterns, places: Floats, image: Singles) -> _Views:
+def _against(measurement: Measurement, fixed: FixedPatterns, total: Floats, places: Floats, image: Singles) -> _Views:
     """Compare the values with those of an image.
 
-    Of Fourier values and their predictions, half of the total light is taken off: an image a little too dark is no motion.
+    Of Fourier values and their predictions, half of the total light is taken off, measured and predicted: an image a little too
+    dark is no motion, nor is haze in the image that leaves the field before the object does.
     """
     fourier, slope = fixed.values(fixed.maps(image), places[:, :POSITIVE])
-    total = float(np.mean(measurement.values[:, POSITIVE] + measurement.values[:, NEGATIVE]))
-    expected = fourier + (total - float(image.sum())) / 2
+    field = FixedPatterns(np.ones_like(fixed.patterns[:1]), fixed.region)
+    lit, _ = field.values(field.maps(image), places[:, :POSITIVE].mean(axis=1, keepdims=True))
+    expected = fourier + (total[:, None] - lit) / 2
     residual = measurement.values[:, :POSITIVE] - expected
     variance = _expected_variance(measurement, expected)
     rows: list[tuple[Floats, Floats]] = []
     amplitude: list[Floats] = []
     for axis in range(2):
         pair = slice(2 * axis, 2 * axis + 2)
-        turn = slope[:, pair, axis] / (np.linalg.norm(slope[:, pair, axis], axis=1)[:, None] + _TINY)
-        across = turn[:, ::-1] * [-1.0, 1.0]
-        sigma, aside = (np.sqrt(np.vecdot(way**2, variance[:, pair])) for way in (turn, across))
-        rows.append((np.vecdot(turn, residual[:, pair]) / sigma, np.vecdot(turn[..., None], slope[:, pair], axis=1) / sigma[:, None]))
-        amplitude.append(np.vecdot(across, residual[:, pair]) / aside)
+        own = slope[:, pair, axis]
+        turn: Floats = own / (np.linalg.norm(own, axis=1)[:, None] + _TINY)
+        across: Floats = turn[:, ::-1] * [-1.0, 1.0]
+        sigma: Floats = np.sqrt(np.sum(turn**2 * variance[:, pair], axis=1))
+        turned: Floats = np.sum(turn * residual[:, pair], axis=1) / sigma
+        rows.append((turned, np.einsum("rp,rpa->ra", turn, slope[:, pair]) / sigma[:, None]))
+        aside: Floats = np.sqrt(np.sum(across**2 * variance[:, pair], axis=1))
+        amplitude.append(np.sum(across * residual[:, pair], axis=1) / aside)
     rows.append(_hadamard(measurement, places, image, fixed.region))
     return _Views(tuple(rows), tuple(amplitude))
 
@@ -179,10 +191,11 @@ def _expected_variance(measurement: Measurement, expected: Floats) -> Floats:
     values, variance = measurement.values[:, :POSITIVE], measurement.variance[:, :POSITIVE]
     if not measurement.photon_counts:
         return variance
-    spread = values - values.mean()
+    spread: Floats = values - float(values.mean())
     slope = float(np.vdot(spread, variance) / (np.vdot(spread, spread) + _TINY))
     least = float(variance.mean()) * _LEAST_VARIANCE
-    return np.maximum(variance.mean() + slope * (expected - values.mean()), least)
+    line: Floats = float(variance.mean()) + slope * (expected - float(values.mean()))
+    return np.maximum(line, least)
 
 
 def _hadamard(measurement: Measurement, places: Floats, image: Singles, region: Region) -> tuple[Floats, Floats]:
@@ -192,5 +205,7 @@ def _hadamard(measurement: Measurement, places: Floats, image: Singles, region: 
     steep_down, steep_across = walsh_factors(measurement.pairs, middle, measurement.size, region, slope=True)
     columns = down @ image
     sigma = measurement.difference_sigma
-    slope = np.stack([np.vecdot(columns, steep_across), np.vecdot(steep_down @ image, across)], axis=-1)
+    by_x: Floats = np.vecdot(columns, steep_across)
+    by_y: Floats = np.vecdot(steep_down @ image, across)
+    slope: Floats = np.stack([by_x, by_y], axis=-1)
     return (measurement.difference - np.vecdot(columns, across)) / sigma, slope / sigma[:, None]
