@@ -79,6 +79,7 @@ class Ka400z:
             raise
         asks = settings.position_in_motion
         self._asks_in_motion = codec.answers_in_motion if asks == "auto" else asks == "ask"
+        self._may_turn_out_mute = asks == "auto"
         self._identity = DeviceIdentity(
             name=_NAME,
             vendor="Zolix",
@@ -299,8 +300,14 @@ class Ka400z:
 
     def _on_the_way(self, motion: ZolixMotion) -> StagePosition:
         if self._asks_in_motion:
-            reading = self._controller.ask_within(*motion.bounds_mm)
-            return StagePosition(time_s=reading.time_s, commanded_mm=motion.target_mm, reported_mm=reading.mm)
+            try:
+                reading = self._controller.ask_within(*motion.bounds_mm)
+            except DeviceTimeout:
+                if not self._may_turn_out_mute:
+                    raise
+                self._asks_in_motion = False  # this controller is mute in motion: it is not asked again
+            else:
+                return StagePosition(time_s=reading.time_s, commanded_mm=motion.target_mm, reported_mm=reading.mm)
         now_s, here_mm = self._clock.now_s(), motion.predicted_mm()
         return StagePosition(time_s=now_s, commanded_mm=motion.target_mm, reported_mm=here_mm, predicted=True)
 

@@ -54,7 +54,8 @@ class Ka400zSettings(Frozen):
     """Refuse moves until the stage has been homed in this run of the program."""
 
     position_in_motion: Literal["auto", "ask", "predict"] = "auto"
-    """Whether the controller is asked for its position while it moves. ``auto``: an MC600 is, an SC300 is not."""
+    """Whether the controller is asked for its position while it moves. ``auto``: an MC600 is, an SC300 is not,
+    and one that leaves the question without an answer is predicted from then on."""
 
     reply_margin_s: PositiveFloat = 0.5
     """How long the controller may think about an answer, beyond the time of the bytes on the line."""

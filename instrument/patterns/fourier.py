@@ -1,5 +1,6 @@
 """Fourier patterns: cosine fringes of one spatial frequency along one axis."""
 
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -30,9 +31,13 @@ def fringe(size: int, cycles: int, phase_rad: float, axis: Literal["x", "y"], up
     return np.array(square if axis == "x" else square.T)
 
 
+@lru_cache(maxsize=32)
 def fourier_pattern(size: int, cycles: int, phase_rad: float, axis: Literal["x", "y"], upsampling: int = 1) -> Bytes:
     """Give the binary pattern that stands for ``fringe``, by Floyd-Steinberg dithering.
 
-    Its complement, ``1 - pattern``, stands for the phase turned by pi, so that both add to the all-one pattern exactly.
+    Its complement, ``1 - pattern``, stands for the phase turned by pi, so that both add to the all-one pattern exactly. Made
+    once and kept: the array is read-only.
     """
-    return floyd_steinberg(fringe(size, cycles, phase_rad, axis, upsampling))
+    pattern = floyd_steinberg(fringe(size, cycles, phase_rad, axis, upsampling))
+    pattern.flags.writeable = False
+    return pattern

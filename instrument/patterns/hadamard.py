@@ -1,5 +1,6 @@
 """Hadamard patterns as outer products of Walsh rows, and the orders in which to show them."""
 
+from functools import lru_cache
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -14,6 +15,7 @@ Signs: TypeAlias = NDArray[np.int8]
 HadamardOrder: TypeAlias = Literal["tv", "hyperbolic", "natural"]
 
 
+@lru_cache(maxsize=8)
 def walsh_matrix(size: int) -> Signs:
     """Give the Walsh rows by ascending number of sign changes: row c changes sign c times.
 
@@ -21,12 +23,14 @@ def walsh_matrix(size: int) -> Signs:
         size: a power of two.
 
     Returns:
-        ``(size, size)`` of -1 and +1; symmetric, rows orthogonal.
+        ``(size, size)`` of -1 and +1; symmetric, rows orthogonal. Made once and kept: read-only.
 
     Raises:
         ValueError: ``size`` is no power of two.
     """
-    return _natural(size)[np.argsort(_sign_changes(size))]
+    rows = _natural(size)[np.argsort(_sign_changes(size))]
+    rows.flags.writeable = False
+    return rows
 
 
 def hadamard_order(size: int, order: HadamardOrder, count: int | None = None) -> Integers:

@@ -228,9 +228,7 @@ def mc600() -> Generator[StageRig]:
 @contextmanager
 def mute_mc600() -> Generator[StageRig]:
     """The same on one that says nothing in motion but takes a stop, which it does not answer."""
-    with _ka400z(
-        "mc600", {"position_in_motion": "predict"}, busy_policy="mute", stop_reply="", stop_ramp="abrupt"
-    ) as rig:
+    with _ka400z("mc600", {}, busy_policy="mute", stop_reply="", stop_ramp="abrupt") as rig:
         yield rig
 
 

@@ -133,6 +133,25 @@ def test_position_during_a_motion_is_the_controllers_own_at_the_middle_of_the_ex
     assert port.nothing_left_over()
 
 
+def test_a_controller_that_turns_out_to_be_mute_in_motion_is_predicted_from_then_on() -> None:
+    """Asked once, without an answer; then not asked again."""
+    stage, port, clock = stage_on(
+        AT_ZERO,
+        *SPEEDS,
+        (b"GoPosition X,O,A,P,40000\r", b"READY\r", After(4.5, b"X 40000.0,OK\r")),
+        (b"Position? X\r", b""),
+    )
+    stage.move_to(100, PROFILE)
+    moving_since_s = clock.time_s  # READY was there some milliseconds ago
+    clock.sleep_s(0.5)
+    first, second = stage.position(), stage.position()
+    assert first.predicted
+    assert second.predicted
+    # 25 mm/s after a ramp of 0.5 s and 6.25 mm
+    assert second.reported_mm == pytest.approx(6.25 + 25 * (second.time_s - moving_since_s - 0.5), abs=0.5)
+    assert port.nothing_left_over()
+
+
 def test_a_completion_line_is_not_taken_for_the_answer_to_a_query() -> None:
     """The end of the motion arrives between question and answer; both are understood."""
     stage, port, _ = stage_on(
