@@ -15,7 +15,7 @@ from instrument.live import LiveAnalysis
 from instrument.plan import Plan
 from instrument.recording import Recording
 from instrument.views.live import LiveView
-from instrument.views.terminal import ERR, OUT, check_table, progress, timing_table, warn
+from instrument.views.terminal import OUT, check_table, progress, timing_table, warn
 
 OnBlock: TypeAlias = Callable[[AlignedBlock], None]
 
@@ -39,6 +39,9 @@ def run(
     else:
         OUT.print(timing_table(recording.timing))
         OUT.print(f"recorded {len(recording)} frames in {out}", soft_wrap=True)
+    if recording.timing.verdict == "failed":
+        warn(f"the timing audit trusts no frame of this run; its raw counts are kept in {out}")
+        raise typer.Exit(3)
 
 
 def record(bench: Path, plan: Plan, out: Path, *, overwrite: bool, live: bool = False) -> Recording:
@@ -61,8 +64,9 @@ def record(bench: Path, plan: Plan, out: Path, *, overwrite: bool, live: bool = 
 
         try:
             return instrument.run(plan, out, overwrite=overwrite, on_upload=on_upload, on_block=on_block)
-        except KeyboardInterrupt:
-            ERR.print(f"interrupted: the bench is safe, and what was recorded is in {out}", soft_wrap=True)
+        except KeyboardInterrupt as interrupt:
+            kept = "; ".join(getattr(interrupt, "__notes__", ())) or "nothing was recorded"
+            warn(f"interrupted: the bench is safe; {kept}")
             raise typer.Exit(130) from None
 
 

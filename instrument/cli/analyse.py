@@ -10,7 +10,7 @@ from instrument.cli.options import JsonOption, print_json
 from instrument.reconstruction import Method
 from instrument.recording import Recording
 from instrument.storage import open_recording, write_analysis
-from instrument.views.pictures import write_pictures
+from instrument.views.pictures import picture_folder, write_pictures
 from instrument.views.terminal import OUT, figures_table, progress, warn
 from protocols import InputError
 
@@ -34,6 +34,8 @@ def analyse_file(
 ) -> None:
     """Track and reconstruct a recording; write /entry/analysis into it, pictures beside it, and print the figures."""
     recording = open_recording(file)
+    if not no_pictures:
+        picture_folder(pictures or file.parent)  # asked before the work, not after
     if background is not None:
         recording = recording.minus(open_recording(background))
     analysis = analysed(recording.first(frames) if frames else recording, tracking, method)

@@ -12,7 +12,7 @@ from instrument.cli.analyse import analysed, store
 from instrument.cli.options import JsonOption, OverwriteOption, print_json
 from instrument.plan import Plan
 from instrument.storage import refuse_existing
-from instrument.views.pictures import write_pictures
+from instrument.views.pictures import picture_folder, write_pictures
 from instrument.views.terminal import OUT, figures_table
 
 
@@ -23,7 +23,7 @@ def demo(
     as_json: JsonOption = False,
 ) -> None:
     """Run a simulated bench and analyse it: a letter moves past one detector, and comes out sharp."""
-    out.mkdir(parents=True, exist_ok=True)
+    picture_folder(out)
     run_h5 = out / "run.h5"
     refuse_existing(run_h5, overwrite=overwrite)
     bench_toml, plan_toml = _write_inputs(out, seed)

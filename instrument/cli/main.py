@@ -1,5 +1,6 @@
 """The command's frame: its sub-commands, and how it ends."""
 
+import signal
 import sys
 from importlib.metadata import version
 from typing import Annotated
@@ -8,7 +9,7 @@ import typer
 
 from instrument.cli import acquire, analyse, demo, drivers
 from instrument.views.terminal import show_error
-from protocols import KinopixError
+from protocols import InputError, KinopixError
 
 app = typer.Typer(
     help="Single-pixel imaging of moving objects: run the bench, follow the object, see it sharp.",
@@ -39,7 +40,13 @@ def root(
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run the command and end the process: 0 good, 2 wrong input, 3 device or timing fault, 130 interrupted."""
+    """Run the command and end the process: 0 good, 2 wrong input, 3 device or timing fault, 130 interrupted.
+
+    Being ended by another program, or by a terminal that is closed, is as Ctrl-C: the bench is made safe first.
+    """
+    for name in ("SIGTERM", "SIGHUP"):  # Windows has no SIGHUP
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.default_int_handler)
     sys.exit(status(arguments))
 
 
@@ -50,6 +57,30 @@ def status(arguments: list[str] | None = None) -> int:
     except KinopixError as error:
         show_error(error)
         return error.exit_code
+    except (OSError, MemoryError) as error:
+        known = _in_words(error)
+        show_error(known)
+        return known.exit_code
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else int(end.code is not None)
     return 0
+
+
+def _in_words(error: OSError | MemoryError) -> KinopixError:
+    """What the machine refused, as an error of ours; the notes, which say what was kept, go along."""
+    known: KinopixError
+    if isinstance(error, MemoryError):
+        known = InputError(
+            saw=f"more memory asked for than this machine has ({error})",
+            expected="a run that fits into memory",
+            remedy="lower frames or image_size in plan.toml",
+        )
+    else:
+        known = KinopixError(
+            saw=f"the operating system refuse: {error}",
+            expected="files and folders that can be read and written",
+            remedy="check the room on the disk and the permissions",
+        )
+    for note in getattr(error, "__notes__", ()):
+        known.add_note(note)
+    return known

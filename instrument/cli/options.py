@@ -1,11 +1,11 @@
 """Options that several sub-commands share, each written once."""
 
-import json
 from pathlib import Path
 from typing import Annotated, TypeAlias
 
 import typer
-from pydantic import BaseModel
+
+from instrument.storage.json_text import json_text
 
 BenchOption: TypeAlias = Annotated[Path, typer.Option("--bench", help="bench.toml: which drivers, and their settings.")]
 PlanOption: TypeAlias = Annotated[
@@ -15,7 +15,6 @@ JsonOption: TypeAlias = Annotated[bool, typer.Option("--json", help="Print the f
 OverwriteOption: TypeAlias = Annotated[bool, typer.Option("--overwrite", help="Replace files that exist.")]
 
 
-def print_json(figures: BaseModel | dict[str, object]) -> None:
-    """Print figures as JSON to standard output."""
-    plain = figures.model_dump(mode="json") if isinstance(figures, BaseModel) else figures
-    typer.echo(json.dumps(plain, indent=2, allow_nan=False))
+def print_json(figures: dict[str, object]) -> None:
+    """Print figures as JSON to standard output; those that are not finite as null."""
+    typer.echo(json_text(figures, indent=2))

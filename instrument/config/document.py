@@ -53,6 +53,8 @@ def read_document(path: Path) -> Document:
         values = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise _syntax(path, text, str(error)) from error
+    except RecursionError as error:
+        raise _whole(path, "brackets nested beyond all measure", "valid TOML", "") from error
     return Document(path=path, values=values, lines=key_lines(text))
 
 

@@ -1,14 +1,14 @@
 """What tracking and reconstruction found, written into the recording they were made from."""
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from instrument.storage.edit import rewritten
 from instrument.storage.hdf5 import open_to_read
+from instrument.storage.json_text import json_text
 from instrument.storage.provenance import PROGRAM, now, program_version
 from instrument.storage.reader import open_recording
 from protocols import Floats
@@ -50,8 +50,8 @@ def write_analysis(
         analysis.add("program", PROGRAM)
         analysis.add("version", program_version())
         analysis.add("date", now())
-        analysis.add("table", json.dumps(dict(table or {}), default=_plain))
-        analysis.add("settings", json.dumps(dict(settings or {}), default=_plain))
+        analysis.add("table", json_text(table or {}))
+        analysis.add("settings", json_text(settings or {}))
         track = analysis.group("track", "NXdata", signal="displacement_px", axes=[".", "."])
         track.add("displacement_px", displacement_px, units="px", long_name="x, y relative to frame 0")
         if sigma_px is not None:
@@ -61,10 +61,3 @@ def write_analysis(
         picture.add("y_px", np.arange(image.shape[0], dtype=np.float64), units="px")
         picture.add("x_px", np.arange(image.shape[1], dtype=np.float64), units="px")
         entry.set_attributes(default="analysis")
-
-
-def _plain(value: object) -> object:
-    """Numbers and arrays of numpy as JSON knows them."""
-    if isinstance(value, np.generic | np.ndarray):
-        return cast("np.ndarray[Any, Any]", value).tolist()
-    raise TypeError(f"{type(value).__name__} cannot be stored as JSON")

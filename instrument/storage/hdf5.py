@@ -160,6 +160,11 @@ class File(Group):
         """
         self._handle.swmr_mode = True
 
+    @property
+    def is_open(self) -> bool:
+        """Whether it is open."""
+        return bool(self._handle)
+
     def close(self) -> None:
         """Close the file; allowed twice."""
         self._handle.close()

@@ -214,7 +214,7 @@ class RecordingWriter:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Finish a recording that is not finished as a partial one; remove it if nothing at all was measured."""
-        if self._finished:
+        if self._finished or not self._file.is_open:  # closed without finish: a second error came while it finished
             return
         if not len(self._raw_counts) and not self._values.count:
             self._file.close()

@@ -7,6 +7,24 @@ import numpy as np
 from instrument.analysis import Analysis
 from instrument.views.figures import error_figure, image_figure, save, timing_figure, trajectory_figure
 from instrument.views.summary import summary_figure
+from protocols import InputError
+
+
+def picture_folder(folder: Path) -> Path:
+    """Make the folder if it is missing.
+
+    Raises:
+        InputError: it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            saw=f"{folder}, which is no folder and cannot be made one: {error.strerror}",
+            expected="a folder for the pictures",
+            remedy="name another folder",
+        ) from error
+    return folder
 
 
 def write_pictures(analysis: Analysis, folder: Path, stem: str = "") -> list[Path]:
@@ -20,7 +38,7 @@ def write_pictures(analysis: Analysis, folder: Path, stem: str = "") -> list[Pat
     Returns:
         The files written, the summary first.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    picture_folder(folder)
     recording, trajectory = analysis.recording, analysis.trajectory
     truth = recording.truth
     truth_px = truth.displacement_px if truth else None

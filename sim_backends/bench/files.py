@@ -80,7 +80,7 @@ def _load_picture(path: Path) -> Floats:
     try:
         with Image.open(path) as picture:
             deep = picture.mode.startswith("I")
-            grey = np.asarray(picture if deep else picture.convert("L"), np.float64)
+            grey = np.asarray(picture if deep else _opaque(picture).convert("L"), np.float64)
     except (UnidentifiedImageError, OSError, Image.DecompressionBombError, SyntaxError) as error:
         raise InputError(
             saw=f"{path}: {error}",
@@ -90,9 +90,19 @@ def _load_picture(path: Path) -> Floats:
     return _checked(grey / (65535.0 if deep else 255.0), path)
 
 
+def _opaque(picture: Image.Image) -> Image.Image:
+    """The picture on black: where it is transparent there is no object, whatever colour is stored there."""
+    if picture.mode not in {"RGBA", "LA", "PA"} and "transparency" not in picture.info:
+        return picture
+    painted = picture.convert("RGBA")
+    return Image.alpha_composite(Image.new("RGBA", painted.size, (0, 0, 0, 255)), painted)
+
+
 def _load_npy(path: Path) -> Floats:
     try:
         loaded = np.load(path, allow_pickle=False)
+        if loaded.dtype.kind not in "biuf":
+            raise TypeError(f"an array of {loaded.dtype}")
         cells = np.asarray(loaded, np.float64)
     except (ValueError, OSError, EOFError, TypeError) as error:
         raise InputError(

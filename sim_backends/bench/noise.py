@@ -7,7 +7,7 @@ blocks it was read.
 
 import numpy as np
 
-from protocols import Counts, Floats, Integers
+from protocols import Counts, Floats, InputError, Integers
 from sim_backends.bench.settings import NoNoise, PhotonNoise, PixelNoise
 
 
@@ -32,6 +32,9 @@ def measure(
 
     Returns:
         ``(n,)``: uint32 for ``poisson``, float64 otherwise.
+
+    Raises:
+        InputError: so much light that its photons do not fit into 32 bits.
     """
     match noise:
         case NoNoise():
@@ -41,7 +44,18 @@ def measure(
             return light + noise.sigma * np.sqrt(lit_px) * random.standard_normal(len(light))
         case PhotonNoise():
             expected = light * counts_per_light + noise.dark_rate_hz * duration_s
+            _check_counts(expected)
             return count_photons(expected, duration_s, noise.dead_time_s, [noise.seed, stretch]).astype(np.uint32)
+
+
+def _check_counts(expected: Floats) -> None:
+    if not (expected < 2**31).all():  # half of what fits: chance must not take a count beyond it
+        raise InputError(
+            device="bench",
+            saw=f"{float(expected.max()):.3g} photons in one picture",
+            expected="fewer than 2^31: counts have 32 bits",
+            remedy="lower peak_counts, dark_rate_hz, light_level or background_level in [scene]",
+        )
 
 
 def count_photons(expected: Floats, duration_s: Floats, dead_time_s: float, seed: list[int]) -> Integers:

@@ -6,6 +6,8 @@ from pydantic import Field, FiniteFloat, NonNegativeFloat, NonNegativeInt, Posit
 
 from protocols.values import Frozen
 
+_Factor: TypeAlias = Annotated[float, Field(gt=0, le=1e6)]
+
 
 class NoNoise(Frozen):
     """Exact values, for checks of the mathematics."""
@@ -104,7 +106,7 @@ class SceneSettings(Frozen):
     object: str = "letter-B"
     """A built-in name, or a path relative to bench.toml: PNG (grey 0 to white) or NPY (transmission 0 to 1)."""
 
-    object_height_px: PositiveFloat | None = None
+    object_height_px: Annotated[float, Field(gt=0, le=4096)] | None = None
     """Height of the object where it is not displaced. None: for a built-in 36 px in a 128 px image, in proportion
     otherwise; for a file the longer side of the picture fills the image."""
 
@@ -119,17 +121,17 @@ class SceneSettings(Frozen):
     object_at_mm: FiniteFloat | None = None
     """Stage position at which the object is not displaced; None: where the first run on this bench finds the stage."""
 
-    px_per_mm: PositiveFloat | None = None
+    px_per_mm: _Factor | None = None
     """Image pixels a millimetre of stage travel; None: 7.2 in a 128 px image, in proportion otherwise."""
 
     axis_angle_deg: FiniteFloat = 45.0
     """Direction of positive stage travel in the image: 0 is along x (right), 90 along y (down), so a positive angle
     turns clockwise as one looks at the picture."""
 
-    light_level: PositiveFloat = 1.0
+    light_level: _Factor = 1.0
     """Brightness of the lamp: a factor on all light."""
 
-    led_drift_per_s: FiniteFloat = 0.0
+    led_drift_per_s: Annotated[float, Field(ge=-1e6, le=1e6)] = 0.0
     """Relative change of the lamp's brightness a second, counted from the first sync edge (it never falls below dark)."""
 
     background: str | None = None
@@ -139,7 +141,7 @@ class SceneSettings(Frozen):
     """Column and row of the background's centre. None: for a built-in the upper right quarter, beside the diagonal; for
     a file the middle of the image, which it fills."""
 
-    background_level: NonNegativeFloat = 1.0
+    background_level: Annotated[float, Field(ge=0, le=1e6)] = 1.0
     """A factor on the background's transmission."""
 
     edge_loss: Annotated[float, Field(ge=0, le=0.25)] = 0.0

@@ -22,7 +22,8 @@ from protocols import (
     PlanError,
     WrongState,
 )
-from sim_backends.bench import OpticalBench, bench_of
+from sim_backends.bench import OpticalBench
+from sim_backends.devices.place import place
 
 _NAME = "pmt"
 
@@ -227,7 +228,7 @@ class SimulatedCounter:
 
 def open_counter(settings: CounterSettings, context: BenchContext) -> SimulatedCounter:
     """Open the simulated counter on the context's optical bench."""
-    return SimulatedCounter(settings, bench_of(context, _NAME))
+    return SimulatedCounter(settings, place(context, _NAME))
 
 
 plugin = DriverPlugin(

@@ -20,7 +20,8 @@ from protocols import (
     UploadProgress,
     WrongState,
 )
-from sim_backends.bench import OpticalBench, Projection, bench_of
+from sim_backends.bench import OpticalBench, Projection
+from sim_backends.devices.place import place
 
 _NAME = "dmd"
 
@@ -200,7 +201,7 @@ class SimulatedModulator:
 
 def open_modulator(settings: ModulatorSettings, context: BenchContext) -> SimulatedModulator:
     """Open the simulated modulator on the context's optical bench."""
-    return SimulatedModulator(settings, bench_of(context, _NAME))
+    return SimulatedModulator(settings, place(context, _NAME))
 
 
 plugin = DriverPlugin(summary="simulated DMD on the optical bench", settings=ModulatorSettings, open=open_modulator)

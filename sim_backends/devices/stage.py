@@ -23,7 +23,8 @@ from protocols import (
     TravelExceeded,
     WrongState,
 )
-from sim_backends.bench import BenchClock, OpticalBench, bench_of
+from sim_backends.bench import BenchClock, OpticalBench
+from sim_backends.devices.place import place
 
 _NAME = "stage"
 
@@ -268,7 +269,7 @@ class SimulatedStage:
 
 def open_stage(settings: StageSettings, context: BenchContext) -> SimulatedStage:
     """Open the simulated stage on the context's optical bench."""
-    return SimulatedStage(settings, bench_of(context, _NAME))
+    return SimulatedStage(settings, place(context, _NAME))
 
 
 plugin = DriverPlugin(summary="simulated stage on the optical bench", settings=StageSettings, open=open_stage)

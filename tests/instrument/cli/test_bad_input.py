@@ -1,5 +1,7 @@
 """Wrong input ends with one clear paragraph and exit code 2, a fault of the bench with 3. Never with a traceback."""
 
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -7,6 +9,7 @@ import pytest
 
 from instrument.cli.main import status
 from instrument.instrument import Instrument
+from instrument.storage import open_recording
 from tests.support.benches import SMALL, bench_toml, plan_toml
 
 Refused = Callable[..., str]
@@ -138,3 +141,69 @@ def test_check_says_all_and_ends_with_2_where_something_stands_against_the_run(
     plan = plan_toml(tmp_path, SMALL.model_copy(update={"pattern_rate_hz": 30_000.0}))
     assert status(["check", "--bench", str(bench_toml(tmp_path)), "--plan", str(plan)]) == 2
     assert "at least 44 us" in " ".join(capsys.readouterr().out.split())
+
+
+def test_pictures_into_a_file_are_refused_before_the_work(tmp_path: Path, refused: Refused) -> None:
+    out = tmp_path / "run.h5"
+    assert (
+        status(["run", "--bench", str(bench_toml(tmp_path)), "--plan", str(plan_toml(tmp_path)), "--out", str(out)])
+        == 0
+    )
+    assert "which is no folder" in refused("analyse", out, "--pictures", out)
+    assert "which is no folder" in refused("demo", "--out", out)
+
+
+def test_a_run_that_cannot_be_trusted_ends_with_3_and_names_its_file(tmp_path: Path, refused: Refused) -> None:
+    bench = bench_toml(tmp_path, 'faults = [{ kind = "double-edge", picture = 100 }]', counter="edge_times = false")
+    out = tmp_path / "run.h5"
+    said = refused("run", "--bench", bench, "--plan", plan_toml(tmp_path), "--out", out, code=3)
+    assert "trusts no frame" in said
+    assert "run.h5" in said
+    assert out.exists()
+
+
+@pytest.mark.parametrize(
+    ("error", "told"),
+    [
+        (OSError(28, "No space left on device"), (3, "No space left on device")),
+        (MemoryError("745 GiB"), (2, "lower frames or image_size")),
+    ],
+)
+def test_what_the_machine_refuses_is_told_with_what_was_kept(
+    tmp_path: Path, refused: Refused, monkeypatch: pytest.MonkeyPatch, error: Exception, told: tuple[int, str]
+) -> None:
+    def refuse(*_arguments: object, **_options: object) -> None:
+        error.add_note("12 of 240 patterns are kept")
+        raise error
+
+    monkeypatch.setattr(Instrument, "run", refuse)
+    arguments = ("--bench", bench_toml(tmp_path), "--plan", plan_toml(tmp_path), "--out", tmp_path / "run.h5")
+    said = refused("run", *arguments, code=told[0])
+    assert told[1] in said
+    assert "12 of 240 patterns are kept" in said
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+def test_a_run_that_is_ended_from_outside_makes_the_bench_safe_and_keeps_what_it_has(tmp_path: Path, name: str) -> None:
+    if sys.platform == "win32":
+        pytest.skip("Windows ends a process without a word to it")
+    slow = SMALL.model_copy(update={"frames": 1600, "pattern_rate_hz": 400.0, "motion": None})
+    out = tmp_path / "run.h5"
+    arguments = ["--bench", str(bench_toml(tmp_path, "realtime = true")), "--plan", str(plan_toml(tmp_path, slow))]
+    watched = (
+        "import os, signal, threading, pathlib\n"
+        "from instrument.cli.main import main\n"
+        "from instrument.cli import acquire\n"
+        "class Bars(type(acquire.progress())):\n"
+        "    def update(self, task, **what):\n"
+        "        super().update(task, **what)\n"
+        f"        if self.tasks[1].completed: os.kill(os.getpid(), signal.{name})\n"
+        "acquire.progress = Bars\n"
+        f"main({['run', *arguments, '--out', str(out)]!r})\n"
+    )
+    ended = subprocess.run([sys.executable, "-c", watched], capture_output=True, text=True, check=False)
+    assert ended.returncode == 130, ended.stderr
+    assert "the bench is safe" in ended.stderr
+    assert "patterns are kept in" in ended.stderr
+    assert "Traceback" not in ended.stderr
+    assert 0 < len(open_recording(out)) < 1600

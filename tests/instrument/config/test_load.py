@@ -170,3 +170,9 @@ def test_a_byte_order_mark_does_no_harm(path: Path) -> None:
 def test_a_long_value_is_shown_short(path: Path) -> None:
     (problem,) = problems_of(path, f"frames = [{', '.join(['1'] * 100)}]\n")
     assert problem == f"plan.toml:1: frames: saw [{'1, ' * 18}1,...; expected a whole number"
+
+
+def test_brackets_without_end_are_no_crash(path: Path) -> None:
+    path.write_text("frames = " + "[" * 5000 + "]" * 5000)
+    with pytest.raises(ConfigError, match="nested"):
+        load_model(Plan, path)

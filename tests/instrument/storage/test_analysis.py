@@ -91,3 +91,15 @@ def test_a_file_that_is_no_recording_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"something else than an HDF5 file: .*notes\.txt"):
         write_analysis(path, displacement_px=TRACK, image=IMAGE)
     assert path.read_text() == "no recording"
+
+
+def test_a_figure_that_is_not_finite_is_null_so_that_the_table_stays_json(path: Path) -> None:
+    table = {"ssim": float("nan"), "sigma": [np.inf, np.float64(0.5)], "frames": np.int64(8), "note": None}
+    write_analysis(path, displacement_px=TRACK, image=IMAGE, table=table)
+    stored = json.loads(plain.text(path, "entry/analysis/table"), parse_constant=pytest.fail)
+    assert stored == {"ssim": None, "sigma": [None, 0.5], "frames": 8, "note": None}
+
+
+def test_what_json_does_not_know_is_refused(path: Path) -> None:
+    with pytest.raises(TypeError, match="complex cannot be stored"):
+        write_analysis(path, displacement_px=TRACK, image=IMAGE, table={"z": 1j})

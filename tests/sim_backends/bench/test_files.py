@@ -37,6 +37,15 @@ def test_sixteen_bit_one_bit_and_colour_pictures_are_read_too(tmp_path: Path) ->
     assert load(tmp_path, "colour.png").cells.tolist() == [[1.0, 1.0], [1.0, 1.0]]
 
 
+def test_where_a_picture_is_transparent_there_is_no_object(tmp_path: Path) -> None:
+    white_on_nothing = np.full((1, 3, 4), 255, np.uint8)
+    white_on_nothing[0, :, 3] = [0, 51, 255]
+    Image.fromarray(white_on_nothing).save(tmp_path / "cut-out.png")
+    assert load(tmp_path, "cut-out.png").cells.tolist() == [[0.0, 0.2, 1.0]]
+    Image.fromarray(np.array([[90, 255]], np.uint8)).save(tmp_path / "keyed.png", transparency=90)
+    assert load(tmp_path, "keyed.png").cells.tolist() == [[0.0, 1.0]]
+
+
 def test_the_longer_side_of_a_picture_fills_the_image_and_the_rest_is_dark(tmp_path: Path) -> None:
     np.save(tmp_path / "wide.npy", np.ones((2, 4)))
     field = load(tmp_path, "wide.npy").on_grid(0.0, 0.0, 8, 1.0)
@@ -98,7 +107,9 @@ def test_a_truncated_picture_is_named(tmp_path: Path) -> None:
         (np.ones((2, 2, 3)), "shape (2, 2, 3)"),
         (np.ones(4), "shape (4,)"),
         (np.zeros((2, 2)), "nothing in it lets light through"),
-        (np.array([["a", "b"]]), "could not convert"),
+        (np.array([["a", "b"]]), "an array of <U1"),
+        (np.array([["0.5"]]), "an array of <U3"),
+        (np.array([[0.5 + 0.5j]]), "an array of complex128"),
     ],
 )
 def test_an_array_that_is_no_transmission_is_refused(tmp_path: Path, cells: np.ndarray, saw: str) -> None:

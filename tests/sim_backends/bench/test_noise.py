@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocols import Floats, Integers
+from protocols import Floats, InputError, Integers
 from sim_backends.bench.noise import count_photons, measure
 from sim_backends.bench.settings import NoNoise, PhotonNoise, PixelNoise
 
@@ -103,3 +103,16 @@ def test_a_count_does_not_depend_on_the_bins_after_it(prefix: int, dead_time_s: 
     before = count_photons(expected, duration_s, dead_time_s, [9, 4])
     after = count_photons(changed, duration_s, dead_time_s, [9, 4])
     assert before[:prefix].tolist() == after[:prefix].tolist()
+
+
+@pytest.mark.parametrize("light", [2.0**31, 1e30, np.inf, np.nan])
+def test_more_photons_than_32_bits_hold_are_refused(light: float) -> None:
+    with pytest.raises(InputError, match="32 bits"):
+        measure(
+            PhotonNoise(kind="poisson"),
+            0,
+            light=np.array([1.0, light]),
+            lit_px=np.ones(2),
+            duration_s=np.full(2, 50e-6),
+            counts_per_light=1.0,
+        )

@@ -71,6 +71,9 @@ def test_the_published_noise_is_sigma_of_a_tenth() -> None:
         {"faults": [{"kind": "explode", "picture": 1}]},
         {"faults": [{"kind": "stall"}]},
         {"sync_jitter_s": float("nan")},
+        {"px_per_mm": 1e308},
+        {"light_level": 1e308},
+        {"object_height_px": 1e6},
     ],
 )
 def test_unknown_keys_and_impossible_values_are_refused(table: dict[str, object]) -> None:
