@@ -6,6 +6,7 @@ the program was killed; plain HDF5 promises nothing for a file that was not clos
 that mode, so what is known only after the run goes in by ``rewritten``.
 """
 
+import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
@@ -26,6 +27,10 @@ DeviceName: TypeAlias = Literal["modulator", "counter", "stage"]
 _NX_CLASSES: dict[DeviceName, str] = {"modulator": "NXcollection", "counter": "NXdetector", "stage": "NXpositioner"}
 _ROWS_PER_CHUNK = 1024
 _RAW_PER_CHUNK = 8192
+_BYTES_A_PATTERN = 4 * 8
+"""Value, edge time, and both again as they arrived."""
+_BYTES_BESIDE = 1 << 20
+"""Room for everything else."""
 
 
 def refuse_existing(path: Path, *, overwrite: bool = False) -> None:
@@ -54,6 +59,19 @@ def refuse_existing(path: Path, *, overwrite: bool = False) -> None:
             saw=f"{path}, which is no HDF5 file",
             expected="a recording to overwrite",
             remedy="name another file; if this one is really to go, remove it by hand",
+        )
+
+
+def _refuse_full_disk(path: Path, patterns: int) -> None:
+    """HDF5 gives up without grace on a full disk, so the room is asked for before the run."""
+    # Twice: at the end of a run a copy takes the place of the file.
+    needed = 2 * patterns * _BYTES_A_PATTERN + _BYTES_BESIDE
+    free = shutil.disk_usage(path.parent).free
+    if free < needed:
+        raise InputError(
+            saw=f"{free / 1e6:.1f} MB free for {path}",
+            expected=f"{needed / 1e6:.1f} MB for {patterns} patterns",
+            remedy="make room on the disk, or name another folder",
         )
 
 
@@ -87,13 +105,14 @@ class RecordingWriter:
             overwrite: whether an existing recording may be lost.
 
         Raises:
-            InputError: ``path`` exists and may not be overwritten, or cannot be created.
+            InputError: ``path`` exists and may not be overwritten, cannot be created, or has too little room.
         """
         refuse_existing(path, overwrite=overwrite)
         self.path = path
         """Where the recording is."""
         self._patterns = scheme_of(plan).patterns_per_frame
         self._capacity = plan.frames * self._patterns
+        _refuse_full_disk(path, self._capacity)
         self._finished = False
         self._counts_photons: bool | None = None
         try:

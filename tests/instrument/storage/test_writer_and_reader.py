@@ -1,6 +1,7 @@
 """What is written comes back, however the run ended."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -244,3 +245,21 @@ def test_a_second_interrupt_while_it_finishes_is_the_error_that_is_seen(
         writer.finish()
     np.testing.assert_array_equal(open_recording(path).values.ravel(), COUNTS)
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_disk_without_room_is_an_error_before_anything_moves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """2 x 10,002 patterns x 32 bytes and a megabyte beside: 1.689 MB."""
+    plan = Plan(frames=1667, image_size=8)
+    room = SimpleNamespace(free=1_688_703)
+
+    def disk_usage(folder: Path) -> SimpleNamespace:
+        assert folder == tmp_path
+        return room
+
+    monkeypatch.setattr("instrument.storage.writer.shutil.disk_usage", disk_usage)
+    with pytest.raises(InputError, match=r"1\.7 MB for 10002 patterns"):
+        RecordingWriter(tmp_path / "run.h5", plan, picture_time_s=50e-6)
+    assert list(tmp_path.iterdir()) == []
+    room.free += 1
+    with RecordingWriter(tmp_path / "run.h5", plan, picture_time_s=50e-6):
+        pass
