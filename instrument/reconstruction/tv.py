@@ -61,7 +61,8 @@ def total_variation(
 
     Total variation lowers contrast. Two ways undo it. *Reweighting* solves again with w = e / (|grad x| + e), so that edges
     found are no longer penalised; e is 0.2 of the typical transmission. A *Bregman step* adds the residual to the values and
-    solves again. Reweighting gains 2 to 3 dB over a Bregman step on shapes, nothing on the finest bars.
+    solves again. Reweighting gains 2 to 3 dB over a Bregman step on letters, 0.7 on grey shapes, 0.2 on bars,
+    and loses up to 0.4 at 50 photons a pattern.
 
     Where the noise is so small that lambda would make the iteration crawl, a larger lambda is taken, and Bregman steps follow
     until the values are explained within their noise. They end, too, when a step no longer lowers the misfit by a fifth: what
