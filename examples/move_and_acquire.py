@@ -27,4 +27,6 @@ def main(bench_toml: Path, plan_toml: Path, folder: Path) -> None:
 
 
 if __name__ == "__main__":
+    if len(sys.argv) != 4:
+        raise SystemExit(__doc__)
     main(*(Path(argument) for argument in sys.argv[1:4]))
