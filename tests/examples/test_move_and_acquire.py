@@ -40,5 +40,5 @@ def test_a_plan_without_motion_is_refused(tmp_path: Path, monkeypatch: pytest.Mo
 
 def test_without_arguments_the_script_says_how_it_is_called(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.argv", [str(SCRIPT)])
-    with pytest.raises(SystemExit, match="python examples/move_and_acquire.py bench.toml plan.toml"):
+    with pytest.raises(SystemExit, match=r"python examples/move_and_acquire\.py bench\.toml plan\.toml"):
         runpy.run_path(str(SCRIPT), run_name="__main__")
