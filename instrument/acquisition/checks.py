@@ -130,6 +130,12 @@ def _memory(plan: Plan, limits: ModulatorLimits, sequence: Callable[[], PatternS
             remedy="lower image_size or superpixel",
         )
         return [_error("field", error)]
+    pictures = round(plan.run_time_s / plan.picture_time_s) + 1
+    if (
+        pictures > limits.play_order_entries
+    ):  # asked before the patterns are made: they might not fit into this computer
+        error = PatternMemoryFull("modulator", pictures, limits.play_order_entries, "pictures in the play order")
+        return [_error("memory", error)]
     built = sequence()
     unique, pictures = len(built.planes), len(built.play_order)
     found = [_good("field", f"{grid.side_mirrors} x {grid.side_mirrors} of {grid.columns} x {grid.rows} mirrors")]

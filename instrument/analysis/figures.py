@@ -30,8 +30,8 @@ class Figures(Frozen):
     travel_px: tuple[float, float]
     """Displacement of the last frame, x and y."""
 
-    sigma_px: NonNegativeFloat
-    """Median of the stated standard deviation of the displacement."""
+    sigma_px: NonNegativeFloat | None
+    """Median of the stated standard deviation of the displacement; None where too few frames tell."""
 
     misfit: float | None
     """RMS of what image and motion leave unexplained, over the noise; about 1 where both are right."""
@@ -62,7 +62,7 @@ class Figures(Frozen):
         rows = {
             "frames": f"{self.frames}, {self.frames_masked} masked",
             "travel": f"{self.travel_px[0]:.2f}, {self.travel_px[1]:.2f} px",
-            "stated uncertainty": f"{self.sigma_px:.3f} px (median, one sigma)",
+            "stated uncertainty": "-" if self.sigma_px is None else f"{self.sigma_px:.3f} px (median, one sigma)",
         }
         if self.displacement_mse_px2 is not None and self.displacement_mse_offset_free_px2 is not None:
             rows["displacement MSE"] = (
@@ -93,7 +93,8 @@ class Figures(Frozen):
     def caption(self) -> str:
         """One line for a picture."""
         if self.psnr_db is None:
-            return f"{self.frames} frames, displacement known to {self.sigma_px:.3f} px"
+            known = "" if self.sigma_px is None else f", displacement known to {self.sigma_px:.3f} px"
+            return f"{self.frames} frames{known}"
         return f"{self.frames} frames, displacement MSE {self.displacement_mse_px2:.4f} px², image PSNR {self.psnr_db:.1f} dB"
 
 
@@ -109,11 +110,12 @@ def figures_of(recording: Recording, trajectory: Trajectory, reconstruction: Rec
     """Work out the figures, with those that need the truth where it is known."""
     found_px, truth = trajectory.displacement_px, recording.truth
     last = found_px[-1].tolist()
+    sigma_px = float(np.median(trajectory.sigma_px))
     figures = Figures(
         frames=len(recording),
         frames_masked=int(np.count_nonzero(~recording.frame_valid)),
         travel_px=(last[0], last[1]),
-        sigma_px=float(np.median(trajectory.sigma_px)),
+        sigma_px=sigma_px if np.isfinite(sigma_px) else None,
         misfit=reconstruction.misfit if np.isfinite(reconstruction.misfit) else None,
         light_change=_light_change(recording),
         analysis_s=took_s,

@@ -24,6 +24,7 @@ _BLOCKS = (8, 32)  # of a run, to see slow errors in: fewest and most
 _BLOCK = 50  # frames in one of them: some pixels of way, longer than dithering keeps its error
 _LEAST_VARIANCE = 0.02  # of the mean: dark frames of photon counts are not certain
 _TINY = 1e-12
+_WORSE = 1.05  # times the misfit of the motion given: a refined one that explains the values worse than that is dropped
 _STANDS = 0.2  # of the uncertainty: a change of the motion below that is none
 
 
@@ -38,7 +39,7 @@ class Refined:
     """At frame 0."""
 
     loops: int
-    """Refinements of the motion."""
+    """Refinements of the motion; 0 where the motion given was kept."""
 
 
 @one_blas_thread()
@@ -58,6 +59,9 @@ def refine(recording: Recording, motion: Trajectory | Floats, *, region: bool = 
     amplitude, in which there is no motion, and counted in proportion to what these values tell of the motion. It does not know
     of a bend at the run's ends too weak for the data to show.
 
+    Where the refined motion explains the values worse than the one given, that one is kept: patterns too alike, of a plan that
+    shows few of them in an unlucky order, make an image that leads astray.
+
     Args:
         recording: of the six-pattern scheme.
         motion: where to start, within about a pixel: what ``track`` gave.
@@ -73,6 +77,8 @@ def refine(recording: Recording, motion: Trajectory | Floats, *, region: bool = 
     size = measurement.size
     area = Region.inside(places.reshape(-1, 2), size) if region else Region.whole(size)
     rows, values = measurement.hadamard(places, area)
+    start, started = trajectory, (rows, values)
+    misfits: list[float] = []
     state = None
     step: _Step | None = None
     fixed = FixedPatterns.of(scheme_of(recording.plan), area)
@@ -82,6 +88,7 @@ def refine(recording: Recording, motion: Trajectory | Floats, *, region: bool = 
     done = 0
     while len(measurement.frame) >= _FEWEST and done < loops:
         state = total_variation(rows, values, tolerance=0.03, iterations=60, start=state)
+        misfits.append(state.misfit)
         step = _step(measurement, fixed, total, trajectory, places=places, image=state.image, last=step)
         before, trajectory = trajectory, step.trajectory(trajectory)
         places = places_px(trajectory, recording, measurement)
@@ -91,6 +98,9 @@ def refine(recording: Recording, motion: Trajectory | Floats, *, region: bool = 
         if np.mean(change**2) < _STANDS**2 * np.mean(trajectory.sigma_px**2):
             break
     state = total_variation(rows, values, start=state)
+    if misfits and state.misfit > _WORSE * misfits[0]:
+        trajectory, done = start, 0
+        state = total_variation(*started)
     return Refined(trajectory, finished(measurement, area, state.image, "tv", state), done)
 
 

@@ -45,7 +45,7 @@ class Region:
             raise InputError(
                 saw=f"displacements of {np.ptp(displacement_px, axis=0).round(1).tolist()} px (x, y) in a field of {size} px",
                 expected="an object that stays inside the field all the time",
-                remedy="pass region=False, or record fewer frames a run",
+                remedy="keep the object inside the field, or record fewer frames; from Python, try region=False",
             )
         return cls(top, left, bottom - top, right - left)
 

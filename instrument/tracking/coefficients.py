@@ -16,6 +16,7 @@ Coefficients: TypeAlias = NDArray[np.complex128]
 """``(frames, 2)``: O~(f, 0), O~(0, f)."""
 
 _DARK = 1e-12  # amplitude of an object that Fourier patterns do not see
+_SIGNIFICANT = 5  # standard errors by which the mean light must stand above nothing
 _FEWEST = 8  # frames from which anything can be smoothed
 _CLEAR = 7.0  # amplitude over noise at which a phase no longer slips, frame after frame
 _WINDOWS = (1, 3, 5, 9, 15, 25)
@@ -96,6 +97,7 @@ def measured(recording: Recording, *, smooth_total: bool) -> Measured:
     if smooth_total and np.count_nonzero(valid) >= _FEWEST:
         total = _steadied(values, total, valid)
     lit = valid & (total > 0)
+    _expect_light(total[valid])
     if not lit.any():
         raise InputError(
             saw=f"no frame with light in a recording of {len(recording)} frames, {np.count_nonzero(valid)} of them valid",
@@ -155,3 +157,16 @@ def _clear_mean(series: NDArray[np.complex128], valid: Mask, deviation: float) -
         if clear >= _CLEAR:
             break
     return best
+
+
+def _expect_light(total: Floats) -> None:
+    """Refuse a run whose mean light could as well be the noise around none."""
+    if len(total) < _FEWEST:
+        return
+    mean, error = float(np.mean(total)), float(np.std(total)) / np.sqrt(len(total))
+    if mean < _SIGNIFICANT * error:
+        raise InputError(
+            saw=f"a mean light of {mean:.3g} with a standard error of {error:.2g}",
+            expected="light well above the noise: an object to follow",
+            remedy="check that the object is in the field, and light source and shutter",
+        )

@@ -139,6 +139,23 @@ def test_a_recording_without_a_usable_frame_is_refused(tmp_path: Path, capsys: p
     assert "none of them valid" in " ".join(capsys.readouterr().err.split())
 
 
+def test_noise_without_an_object_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run = recorded(tmp_path, 'object = "nothing"\nnoise = { kind = "pixel", sigma = 0.1, seed = 1 }')
+    capsys.readouterr()
+    assert status(["analyse", str(run)]) == 2
+    assert "an object to follow" in " ".join(capsys.readouterr().err.split())
+
+
+def test_two_frames_give_a_result_without_a_stated_uncertainty(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = recorded(tmp_path)
+    capsys.readouterr()
+    assert status(["analyse", str(run), "--frames", "2", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["sigma_px"] is None
+    assert status(["analyse", str(run), "--frames", "2"]) == 0
+
+
 def test_an_object_that_leaves_the_field_is_doubted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     run = recorded(tmp_path, "px_per_mm = 12.0")
     capsys.readouterr()
