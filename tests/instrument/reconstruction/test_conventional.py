@@ -1,8 +1,5 @@
 """The inverse Hadamard transform by hand, and against pictures that others measured and published."""
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 from PIL import Image
@@ -11,9 +8,9 @@ from instrument.patterns import hadamard_order, hadamard_signs
 from instrument.patterns.hadamard import HadamardOrder
 from instrument.reconstruction import inverse_hadamard
 from instrument.reconstruction.conventional import inverse_walsh
+from tests.support.measured import MEASURED
 
-_BESIDE = Path(__file__).parents[3].parent / "shared" / "data"
-DENBO = Path(os.environ.get("KINOPIX_DATA", _BESIDE)) / "denbo"
+DENBO = MEASURED / "denbo"
 
 
 @pytest.mark.parametrize("order", ["tv", "hyperbolic", "natural"])
