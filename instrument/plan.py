@@ -9,6 +9,9 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt, field_
 from instrument.config.load import load_model
 from protocols import Frozen, MotionProfile, PixelGrid
 
+_PATTERNS_PER_FRAME = {"fourier-hadamard": 6}
+"""Of each scheme."""
+
 
 class MotionPlan(Frozen):
     """How the stage carries the object during a run."""
@@ -115,9 +118,19 @@ class Plan(Frozen):
         return self.picture_time_us * 1e-6
 
     @property
+    def patterns_per_frame(self) -> int:
+        """Patterns in one frame of the scheme."""
+        return _PATTERNS_PER_FRAME[self.scheme]
+
+    @property
+    def patterns(self) -> int:
+        """Patterns in the run, the guard picture not counted."""
+        return self.frames * self.patterns_per_frame
+
+    @property
     def frame_time_s(self) -> float:
-        """Time from one frame to the next: six patterns."""
-        return 6 * self.picture_time_s
+        """Time from one frame to the next."""
+        return self.patterns_per_frame * self.picture_time_s
 
     @property
     def run_time_s(self) -> float:

@@ -130,7 +130,7 @@ def _memory(plan: Plan, limits: ModulatorLimits, sequence: Callable[[], PatternS
             remedy="lower image_size or superpixel",
         )
         return [_error("field", error)]
-    pictures = round(plan.run_time_s / plan.picture_time_s) + 1
+    pictures = plan.patterns + 1
     if (
         pictures > limits.play_order_entries
     ):  # asked before the patterns are made: they might not fit into this computer
@@ -225,7 +225,7 @@ def _displacement(plan: Plan, px_per_mm: float | None) -> Check:
 
 
 def _run_length(plan: Plan, limits: CounterLimits) -> Check:
-    patterns = round(plan.run_time_s / plan.picture_time_s)
+    patterns = plan.patterns
     message = f"{plan.frames} frames, {patterns} patterns, {plan.run_time_s:.4g} s"
     if limits.max_bins is not None and patterns > limits.max_bins:
         error = PlanError(

@@ -53,7 +53,7 @@ def record(bench: Path, plan: Plan, out: Path, *, overwrite: bool, live: bool = 
     bars = progress()
     with Instrument.from_toml(bench) as instrument, _looked_at(plan, bars) if live else _bars_alone(bars) as look:
         upload = bars.add_task("patterns uploaded", total=None)
-        patterns = bars.add_task("patterns counted", total=6 * plan.frames)
+        patterns = bars.add_task("patterns counted", total=plan.patterns)
 
         def on_upload(done: int, total: int) -> None:
             bars.update(upload, completed=done, total=total)

@@ -6,7 +6,6 @@ References:
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,7 +42,10 @@ class FourierHadamard:
     plan: Plan
     """The run that this scheme serves."""
 
-    patterns_per_frame: ClassVar[int] = 6
+    @property
+    def patterns_per_frame(self) -> int:
+        """Six: four Fourier patterns, a Hadamard pattern and its complement."""
+        return self.plan.patterns_per_frame
 
     @property
     def samples(self) -> int:

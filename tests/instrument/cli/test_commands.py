@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from serial.tools.list_ports_common import ListPortInfo
 
 from instrument.cli.main import status
 from instrument.plan import Plan
@@ -174,7 +175,19 @@ def test_drivers_are_listed_with_what_is_missing(capsys: pytest.CaptureFixture[s
 
 def test_probe_looks_without_moving_anything(capsys: pytest.CaptureFixture[str]) -> None:
     assert status(["drivers", "probe"]) == 0
-    assert capsys.readouterr().out.strip()
+    for line in capsys.readouterr().out.splitlines():
+        assert (
+            line.startswith(("stage ka400z: ", "counter ", "modulator "))
+            or line == "no device found; simulated ones need none"
+        )
+
+
+def test_probe_prints_a_line_for_each_device_that_a_driver_finds(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("serial.tools.list_ports.comports", lambda: [ListPortInfo("/dev/ttyTEST")])
+    assert status(["drivers", "probe"]) == 0
+    assert "stage ka400z: /dev/ttyTEST" in capsys.readouterr().out
 
 
 def test_check_prints_every_answer_as_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
