@@ -20,14 +20,22 @@ from typing import TypeAlias, cast
 import numpy as np
 from skimage.restoration import denoise_tv_chambolle  # pyright: ignore[reportUnknownVariableType]  (it carries no types)
 
-from benchmarks.octave import SETTINGS, run_octave, write_mat
+from benchmarks.octave import SETTINGS, Written, run_octave
 from benchmarks.reconstruction import FRAMES, SIZE, diagonal, scene
 from instrument.analysis.metrics import psnr
 from instrument.plan import Plan
-from instrument.reconstruction import Operator, Region, ShiftedHadamard, total_variation, tv_augmented_lagrangian
-from instrument.reconstruction.operator import Singles, largest_eigenvalue
+from instrument.reconstruction import (
+    Operator,
+    Region,
+    ShiftedHadamard,
+    Weighted,
+    total_variation,
+    tv_augmented_lagrangian,
+)
+from instrument.reconstruction.operator import largest_eigenvalue
 from instrument.reconstruction.rows import Measurement, as_trajectory, places_px
-from protocols import Floats
+from instrument.reconstruction.walsh_rows import walsh_rows
+from protocols import Floats, Singles
 from tests.support.dense import DenseSingles
 from tests.support.simulation import simulate
 
@@ -45,10 +53,16 @@ STRENGTHS = (1.0, 2.0, 4.0)
 class Problem:
     """Whitened rows of one run with its true motion."""
 
-    rows: ShiftedHadamard
-    values: Singles
+    rows: Operator
+    written: Written
     truth: Floats
+    """On the whole field."""
     area: Region
+
+    @property
+    def values(self) -> Singles:
+        """``(rows,)``."""
+        return self.written.values
 
     @classmethod
     def of(cls, *, region: bool, seed: int) -> "Problem":
@@ -59,13 +73,16 @@ class Problem:
         measurement = Measurement.of(recording, steady_object=region)
         places = places_px(as_trajectory(truth.displacement_px, recording), recording, measurement)
         area = Region.inside(places.reshape(-1, 2), SIZE) if region else Region.whole(SIZE)
+        middle, pairs = places[:, 4:].mean(axis=1), measurement.pairs
         weighted, values = measurement.hadamard(places, area)
-        rows = ShiftedHadamard.single(measurement.pairs, places[:, 4:].mean(axis=1), SIZE, area)
-        return cls(ShiftedHadamard(rows.down, weighted.weight[:, None] * rows.across), values, truth.image, area)
+        rows = Weighted(ShiftedHadamard.single(pairs, middle, SIZE, area), weighted.weight)
+        down = walsh_rows(SIZE, pairs[:, 0], middle[:, 1], area.top, area.height)
+        across = weighted.weight[:, None] * walsh_rows(SIZE, pairs[:, 1], middle[:, 0], area.left, area.width)
+        return cls(rows, Written(down, across, values, area.cut(truth.image)), truth.image, area)
 
     def dense(self) -> DenseSingles:
         """Give the same rows written out, in double precision."""
-        down, across = self.rows.down[0].astype(np.float64), self.rows.across[0]
+        down, across = self.written.down.astype(np.float64), self.written.across
         return DenseSingles((down[:, :, None] * across[:, None, :]).reshape(self.rows.shape), self.area.shape)
 
     def quality_db(self, image: Floats | Singles) -> float:
@@ -207,7 +224,7 @@ def main() -> None:
         f"{problem.rows.shape[0]} rows, image {height} x {width}; mu and strength in the names are the best of the ladder"
     )
     if arguments.write_mat is not None:
-        write_mat(arguments.write_mat, problem.rows, problem.values, problem.area.cut(problem.truth))
+        problem.written.write(arguments.write_mat)
         print(f"wrote {arguments.write_mat}; settings for TVAL3: {SETTINGS}")
     heads = ("best dB", "whole s", "equal dB", "to it s", "ours s", "ratio")
     print(f"{'':42s} " + " ".join(f"{h:>{w}s}" for h, w in zip(heads, (8, 9, 8, 9, 9, 7), strict=True)))
@@ -237,12 +254,9 @@ def against_octave(problem: Problem, folder: Path | None, best_db: float, repeat
         print(f"TVAL3: left out, {missing}. Get it from its authors, install Octave, and pass --tval3 FOLDER;")
         print("or pass --write-mat FILE and run TVAL3 on it in MATLAB, by benchmarks/README.md.")
         return
-    image = problem.area.cut(problem.truth)
-    runs = {mu: run_octave(octave, folder, problem.rows, problem.values, image, mu=mu) for mu in MU}
+    runs = {mu: run_octave(octave, folder, problem.written, mu=mu) for mu in MU}
     best = max(runs, key=lambda mu: problem.quality_db(runs[mu].image))
-    again = [
-        run_octave(octave, folder, problem.rows, problem.values, image, mu=best).took_s for _ in range(repeats - 1)
-    ]
+    again = [run_octave(octave, folder, problem.written, mu=best).took_s for _ in range(repeats - 1)]
     reached_db, took_s = problem.quality_db(runs[best].image), median([runs[best].took_s, *again])
     wanted_db = min(best_db, reached_db)
     ours_s = ours_to(problem, wanted_db, repeats)

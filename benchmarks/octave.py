@@ -8,9 +8,7 @@ from pathlib import Path
 import numpy as np
 from scipy.io import loadmat, savemat
 
-from instrument.reconstruction import ShiftedHadamard
-from instrument.reconstruction.operator import Singles
-from protocols import Floats
+from protocols import Floats, Singles
 
 SETTINGS: dict[str, float] = {
     "mu": 2.0**8,
@@ -54,29 +52,35 @@ class OctaveRun:
     """Of the solver alone."""
 
 
-def write_mat(path: Path, rows: ShiftedHadamard, values: Singles, truth: Floats) -> None:
-    """Write ``down`` (rows, height), ``across`` (rows, width), ``values`` (rows, 1), ``truth`` and ``settings``.
+@dataclass(frozen=True, eq=False)
+class Written:
+    """Whitened rows, each the outer product of two factors, their values, and the image that they are of."""
 
-    Values are whitened: noise of variance 1 on each, and the rows scaled alike, so that an image is a transmission 0 to 1.
+    down: Singles
+    """``(rows, height)``."""
 
-    Raises:
-        ValueError: rows that are sums of several outer products.
-    """
-    if len(rows.down) != 1:
-        raise ValueError(f"rows of {len(rows.down)} outer products; the file holds one a row")
-    contents = {
-        "down": rows.down[0],
-        "across": rows.across[0],
-        "values": values[:, None],
-        "truth": truth,
-        "settings": SETTINGS,
-    }
-    savemat(path, contents, do_compression=True)
+    across: Singles
+    """``(rows, width)``; the weights are in here, so that an image is a transmission 0 to 1."""
+
+    values: Singles
+    """``(rows,)``: with noise of variance 1."""
+
+    truth: Floats
+    """``(height, width)``."""
+
+    def write(self, path: Path) -> None:
+        """Write all as a MAT file, with the settings for TVAL3."""
+        contents = {
+            "down": self.down,
+            "across": self.across,
+            "values": self.values[:, None],
+            "truth": self.truth,
+            "settings": SETTINGS,
+        }
+        savemat(path, contents, do_compression=True)
 
 
-def run_octave(
-    octave: str, folder: Path, rows: ShiftedHadamard, values: Singles, truth: Floats, *, mu: float
-) -> OctaveRun:
+def run_octave(octave: str, folder: Path, written: Written, *, mu: float) -> OctaveRun:
     """Run TVAL3 once, with a mu of its own scaled problem.
 
     Raises:
@@ -84,7 +88,7 @@ def run_octave(
     """
     with tempfile.TemporaryDirectory() as there:
         mat, answer, script = (Path(there) / name for name in ("rows.mat", "answer.mat", "run.m"))
-        write_mat(mat, rows, values, truth)
+        written.write(mat)
         code = EXPAND.format(mat=mat) + RUN.format(folder=folder.resolve(), mu=mu, answer=answer)
         script.write_text(code, encoding="utf-8")
         subprocess.run([octave, "--no-gui", "--quiet", str(script)], check=True)

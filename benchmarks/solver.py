@@ -12,7 +12,7 @@ import numpy as np
 from benchmarks.reconstruction import FRAMES, SIZE, diagonal, scene
 from instrument.patterns import hadamard_order
 from instrument.reconstruction import Region, ShiftedHadamard, Weighted, total_variation
-from instrument.reconstruction.operator import Singles
+from protocols import Singles
 
 
 def seconds(work: Callable[[], object], repeats: int) -> float:

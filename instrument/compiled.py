@@ -36,3 +36,8 @@ def compiled(signature: str, *, sums_reordered: bool = False) -> Callable[[_F], 
             return cast("_F", numba.njit(signature, **options)(function))
 
     return decorate
+
+
+def inlined(function: _F) -> _F:
+    """Write a function out inside each compiled one that calls it, so that the compiler sees both as one."""
+    return cast("_F", numba.njit(inline="always")(function))

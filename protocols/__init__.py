@@ -34,7 +34,7 @@ from protocols.modulator import (
 from protocols.plugin import Availability, BenchContext, DriverPlugin, ScenePlugin, TransportPlugin
 from protocols.scene import Scene, Truth
 from protocols.stage import LinearStage, Motion, MotionProfile, StageLimits, StagePosition
-from protocols.values import Bytes, DeviceIdentity, Floats, Frozen, Integers, Mask
+from protocols.values import Bytes, DeviceIdentity, Floats, Frozen, Integers, Mask, Singles
 
 __all__ = [
     "Availability",
@@ -79,6 +79,7 @@ __all__ = [
     "SafeStateFailed",
     "Scene",
     "ScenePlugin",
+    "Singles",
     "StageLimits",
     "StagePosition",
     "TimingFault",

@@ -9,6 +9,9 @@ from pydantic import BaseModel, ConfigDict
 Floats: TypeAlias = NDArray[np.float64]
 """Real numbers in double precision."""
 
+Singles: TypeAlias = NDArray[np.float32]
+"""Real numbers in single precision: relative rounding 6e-8, far below any measured noise."""
+
 Bytes: TypeAlias = NDArray[np.uint8]
 """Packed bit planes, or grey values 0 to 255."""
 

@@ -5,17 +5,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from instrument.reconstruction.correlation import FixedPatterns
-from instrument.reconstruction.operator import Singles, walsh_factors
 from instrument.reconstruction.reconstruct import Reconstruction, finished
 from instrument.reconstruction.region import Region
 from instrument.reconstruction.rows import NEGATIVE, POSITIVE, Measurement, as_trajectory, places_px
 from instrument.reconstruction.tv import total_variation
+from instrument.reconstruction.walsh_rows import walsh_rows
 from instrument.recording import Recording
 from instrument.schemes import scheme_of
 from instrument.threads import one_blas_thread
 from instrument.tracking import Trajectory
 from instrument.tracking.smoothing import Smooth, smooth
-from protocols import Floats
+from protocols import Floats, Singles
 
 _FEWEST = 64  # frames below which an image is too poor to refine anything
 _ORDERS = (3, 2, 1)  # of the smoother: the smoothest first, as its ends follow a bent way best
@@ -210,9 +210,15 @@ def _expected_variance(measurement: Measurement, expected: Floats) -> Floats:
 
 def _hadamard(measurement: Measurement, places: Floats, image: Singles, region: Region) -> tuple[Floats, Floats]:
     """Residuals of the Hadamard differences, and their derivatives by x and y, over the noise."""
-    middle = places[:, POSITIVE:].mean(axis=1)
-    down, across = walsh_factors(measurement.pairs, middle, measurement.size, region)
-    steep_down, steep_across = walsh_factors(measurement.pairs, middle, measurement.size, region, slope=True)
+    size, (x_px, y_px) = measurement.size, places[:, POSITIVE:].mean(axis=1).T
+    down, steep_down = (
+        walsh_rows(size, measurement.pairs[:, 0], y_px, region.top, region.height, slope=slope)
+        for slope in (False, True)
+    )
+    across, steep_across = (
+        walsh_rows(size, measurement.pairs[:, 1], x_px, region.left, region.width, slope=slope)
+        for slope in (False, True)
+    )
     columns = down @ image
     sigma = measurement.difference_sigma
     by_x: Floats = np.vecdot(columns, steep_across)

@@ -8,11 +8,10 @@ from scipy.ndimage import uniform_filter1d
 from instrument.light import corrected_values
 from instrument.plan import Plan
 from instrument.reconstruction import Operator, Region, ShiftedHadamard, TvState, Weighted, total_variation
-from instrument.reconstruction.operator import Singles
 from instrument.reconstruction.rows import NEGATIVE, POSITIVE
 from instrument.recording import Recording
 from instrument.schemes import scheme_of
-from protocols import Floats, InputError, Integers
+from protocols import Floats, InputError, Integers, Singles
 
 FEWEST_ROWS: Final = 16
 """Frames below which there is no image."""

@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from instrument.reconstruction.operator import Singles
 from instrument.reconstruction.region import Region
 from instrument.schemes import FourierHadamard
-from protocols import Floats
+from protocols import Floats, Singles
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from instrument.reconstruction.operator import Operator, Singles
+from instrument.reconstruction.operator import Operator
+from protocols import Singles
 
 
 def ghost_image(operator: Operator, values: Singles, pattern_sum: Singles) -> Singles:

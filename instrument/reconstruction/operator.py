@@ -2,31 +2,28 @@ r"""The measurement matrix of a moved object, never built.
 
 A pattern seen by an object that moved by d is the pattern moved by -d over the object at rest. A Hadamard pattern is the
 outer product of two Walsh rows, and so is a shifted one: row k of the matrix is the outer product of two shifted Walsh rows
-L_y[k], L_x[k], and the matrix is their row-wise Khatri-Rao product. Hence
+L_y[k], L_x[k], and the matrix is their row-wise Khatri-Rao product,
 
-    A x = rowsum((L_y X) * L_x),    A' v = L_y' diag(v) L_x,    A A' = (L_y L_y') * (L_x L_x').
+    A x = rowsum((L_y X) * L_x),    A' v = L_y' diag(v) L_x,
 
-An object of square pixels moved by a fraction of a pixel covers the pattern's pixels in proportion: linear interpolation of
-the Walsh rows is exact, and separable.
+of which one factor is applied through its few sign changes.
 
 References:
     C. G. Khatri, C. R. Rao, "Solutions to some functional equations and their applications to characterization of
     probability distributions", Sankhya A 30 (1968) 167-180.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol, Self, TypeAlias
+from typing import Protocol, Self
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from instrument.patterns import walsh_matrix
 from instrument.reconstruction.region import Region
-from protocols import Floats, Integers
-
-Singles: TypeAlias = NDArray[np.float32]
-"""Real numbers in single precision: relative rounding 6e-8, far below any measured noise."""
+from instrument.reconstruction.row_products import RowProducts
+from instrument.reconstruction.walsh_rows import walsh_changes, walsh_rows
+from protocols import Floats, Integers, Singles
 
 _SAME_PLACE_PX = 0.05
 
@@ -55,26 +52,56 @@ class Operator(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class ShiftedHadamard:
-    """Rows that are sums of few outer products: one where both patterns of a pair stand at the same place, else more."""
+    """Rows that are weighted sums of shifted patterns: one where both of a pair stand at the same place, else more."""
 
-    down: Singles
-    """``(terms, rows, height)``: factors along y."""
+    scales: Singles
+    """``(terms,)``: weight of each row's first, second, ... pattern."""
 
-    across: Singles
-    """``(terms, rows, width)``: factors along x."""
+    rows: int
+    """Rows of the matrix."""
+
+    region: Region
+    """Pixels that the image has."""
+
+    _down: RowProducts
+    """Patterns that change sign less often down than across."""
+
+    _across: RowProducts
+    """The others, for the transposed image."""
+
+    _is_down: NDArray[np.bool_]
+    """``(terms * rows,)``: to which of both a pattern belongs."""
 
     @classmethod
-    def single(cls, pairs: Integers, displacement_px: Floats, size: int, region: Region | None = None) -> Self:
-        """Rows H_k(x + d_k), zero outside the field.
+    def of(
+        cls, scales: Sequence[float], pairs: Integers, places_px: Floats, size: int, region: Region | None = None
+    ) -> Self:
+        """Rows that are sums of ``scales`` times H(x + d), zero outside the field.
 
         Args:
-            pairs: ``(rows, 2)`` Walsh rows (c_i down, c_j across), as from ``hadamard_order``.
-            displacement_px: ``(rows, 2)`` x, y of the object.
+            scales: of each term.
+            pairs: ``(terms, rows, 2)`` Walsh rows (c_i down, c_j across), as from ``hadamard_order``.
+            places_px: ``(terms, rows, 2)`` x, y of the object.
             size: pixels a side of the field.
             region: pixels of the image at rest that are unknown; None for the whole field.
         """
-        down, across = walsh_factors(pairs, displacement_px, size, region)
-        return cls(down[None], across[None])
+        region = region or Region.whole(size)
+        pairs, places_px = pairs.reshape(-1, 2), places_px.reshape(-1, 2)
+        is_down = pairs[:, 0] <= pairs[:, 1]
+        (i, j), (x, y) = pairs[is_down].T, places_px[is_down].T
+        down = RowProducts.of(
+            walsh_changes(size, i, y, region.top, region.height), walsh_rows(size, j, x, region.left, region.width)
+        )
+        (i, j), (x, y) = pairs[~is_down].T, places_px[~is_down].T
+        across = RowProducts.of(
+            walsh_changes(size, j, x, region.left, region.width), walsh_rows(size, i, y, region.top, region.height)
+        )
+        return cls(np.array(scales, np.float32), len(pairs) // len(scales), region, down, across, is_down)
+
+    @classmethod
+    def single(cls, pairs: Integers, displacement_px: Floats, size: int, region: Region | None = None) -> Self:
+        """Rows H_k(x + d_k): ``of`` with one term, ``(rows, 2)`` pairs and displacements."""
+        return cls.of([1.0], pairs, displacement_px, size, region)
 
     @classmethod
     def differential(
@@ -91,56 +118,47 @@ class ShiftedHadamard:
             positive_px: ``(rows, 2)`` displacement while H+ is shown.
             negative_px: ``(rows, 2)`` displacement while H- is shown.
             size: pixels a side of the field.
-            region: as in ``single``.
+            region: as in ``of``.
         """
         if len(pairs) == 0 or np.abs(positive_px - negative_px).max() <= _SAME_PLACE_PX:
             return cls.single(pairs, (positive_px + negative_px) / 2, size, region)
-        factors = [walsh_factors(pairs, place, size, region) for place in (positive_px, negative_px)]
-        signs = [0.5, 0.5]
-        if region is None or region == Region.whole(size):
-            field = np.zeros_like(pairs)
-            factors += [walsh_factors(field, place, size, region) for place in (positive_px, negative_px)]
-            signs += [0.5, -0.5]
-        down = np.stack([np.float32(sign) * factor[0] for sign, factor in zip(signs, factors, strict=True)])
-        return cls(down, np.stack([factor[1] for factor in factors]))
+        both_px = np.stack([positive_px, negative_px])
+        if region is not None and region != Region.whole(size):
+            return cls.of([0.5, 0.5], np.stack([pairs, pairs]), both_px, size, region)
+        field = np.zeros_like(pairs)
+        places_px = np.concatenate([both_px, both_px])
+        return cls.of([0.5, 0.5, 0.5, -0.5], np.stack([pairs, pairs, field, field]), places_px, size, region)
 
     @property
     def shape(self) -> tuple[int, int]:
         """Rows and pixels."""
-        return self.down.shape[1], self.down.shape[2] * self.across.shape[2]
+        return self.rows, self.region.height * self.region.width
 
     @property
     def image_shape(self) -> tuple[int, int]:
         """Height and width of the unknown image."""
-        return self.down.shape[2], self.across.shape[2]
+        return self.region.shape
 
     @property
     def nbytes(self) -> int:
         """Memory of the operator."""
-        return self.down.nbytes + self.across.nbytes
+        return self._down.nbytes + self._across.nbytes + self._is_down.nbytes
 
     def matvec(self, image: Singles) -> Singles:
         """Values of an image: ``(pixels,)`` to ``(rows,)``."""
-        height, _ = self.image_shape
-        columns = self.down.reshape(-1, height) @ image.reshape(self.image_shape)
-        values: Singles = np.einsum("trw,trw->r", columns.reshape(self.across.shape), self.across)
-        return values
+        image = image.reshape(self.image_shape)
+        values = np.empty(len(self._is_down), np.float32)
+        values[self._is_down] = self._down.forward(image)
+        values[~self._is_down] = self._across.forward(image.T)
+        return self.scales @ values.reshape(len(self.scales), self.rows)
 
     def rmatvec(self, values: Singles) -> Singles:
         """The transpose: ``(rows,)`` to ``(pixels,)``."""
+        scaled = np.outer(self.scales, values).ravel()
         height, width = self.image_shape
-        scaled: Singles = values[:, None] * self.across
-        image: Singles = self.down.reshape(-1, height).T @ scaled.reshape(-1, width)
+        image: Singles = self._down.backward(scaled[self._is_down], width)
+        image = image + self._across.backward(scaled[~self._is_down], height).T
         return image.ravel()
-
-    def gram(self) -> Singles:
-        """A A', ``(rows, rows)``."""
-        rows, terms = self.shape[0], range(len(self.down))
-        gram = np.zeros((rows, rows), np.float32)
-        for s in terms:
-            for t in terms:
-                gram += (self.down[s] @ self.down[t].T) * (self.across[s] @ self.across[t].T)
-        return gram
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,36 +199,3 @@ def largest_eigenvalue(operator: Operator, iterations: int = 20) -> float:
         image = operator.rmatvec(operator.matvec(image))
         value = float(np.linalg.norm(image))
     return value
-
-
-def walsh_factors(
-    pairs: Integers, displacement_px: Floats, size: int, region: Region | None = None, *, slope: bool = False
-) -> tuple[Singles, Singles]:
-    """Shift Walsh rows by fractions of a pixel, zero outside the field: entry u of a row is w(u + d).
-
-    Args:
-        pairs: ``(rows, 2)`` Walsh rows (c_i down, c_j across).
-        displacement_px: ``(rows, 2)`` x, y.
-        size: pixels a side of the field.
-        region: pixels wanted; None for the whole field.
-        slope: give the derivative by d instead of the row.
-
-    Returns:
-        ``(rows, height)`` along y and ``(rows, width)`` along x.
-    """
-    region = region or Region.whole(size)
-    padding = size + 1
-    walsh = np.pad(walsh_matrix(size).astype(np.float32), ((0, 0), (padding, padding)))
-
-    def shifted(rows: Integers, place_px: Floats, first: int, count: int) -> Singles:
-        whole = np.floor(place_px)
-        fraction = (place_px - whole).astype(np.float32)[:, None]
-        start = np.clip(whole.astype(np.int64) + first + padding, 0, size + 2 * padding - count - 1)
-        window = sliding_window_view(walsh, count + 1, axis=1)[rows, start]
-        near, far = window[:, :-1], window[:, 1:]
-        return far - near if slope else near + fraction * (far - near)
-
-    return (
-        shifted(pairs[:, 0], displacement_px[:, 1], region.top, region.height),
-        shifted(pairs[:, 1], displacement_px[:, 0], region.left, region.width),
-    )

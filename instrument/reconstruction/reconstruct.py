@@ -8,7 +8,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from instrument.reconstruction.conventional import inverse_walsh
 from instrument.reconstruction.dgi import ghost_image
-from instrument.reconstruction.operator import ShiftedHadamard, Singles
+from instrument.reconstruction.operator import ShiftedHadamard
 from instrument.reconstruction.region import Region
 from instrument.reconstruction.rows import NEGATIVE, POSITIVE, Measurement, as_trajectory, places_px
 from instrument.reconstruction.tv import TvState, total_variation
@@ -16,7 +16,7 @@ from instrument.reconstruction.tval3 import AlState, tv_augmented_lagrangian
 from instrument.recording import Recording
 from instrument.threads import one_blas_thread
 from instrument.tracking import Trajectory
-from protocols import Floats
+from protocols import Floats, Singles
 
 Method: TypeAlias = Literal["tv", "tv-bregman", "tv-al", "dgi", "conventional"]
 
@@ -121,10 +121,8 @@ def _ghost(measurement: Measurement, places: Floats, area: Region) -> Floats:
     image = np.zeros(area.shape)
     lit = np.where((pairs == 0).all(axis=1), size**2, size**2 / 2)
     for column, sign, pattern_sum in ((POSITIVE, 1.0, lit), (NEGATIVE, -1.0, size**2 - lit)):
-        field = ShiftedHadamard.single(np.zeros_like(pairs), places[:, column], size, area)
-        signs = ShiftedHadamard.single(pairs, places[:, column], size, area)
-        down = np.concatenate([0.5 * field.down, 0.5 * sign * signs.down]).astype(np.float32)
-        patterns = ShiftedHadamard(down, np.concatenate([field.across, signs.across]))
+        terms = np.stack([np.zeros_like(pairs), pairs])  # (1 + H) / 2, (1 - H) / 2
+        patterns = ShiftedHadamard.of([0.5, 0.5 * sign], terms, np.stack([places[:, column]] * 2), size, area)
         values = measurement.values[:, column].astype(np.float32)
         image += ghost_image(patterns, values, pattern_sum.astype(np.float32))
     rows, values = measurement.hadamard(places, area)

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from instrument.light import corrected_values
-from instrument.reconstruction.operator import ShiftedHadamard, Singles, Weighted
+from instrument.reconstruction.operator import ShiftedHadamard, Weighted
 from instrument.reconstruction.region import Region
 from instrument.recording import Recording
 from instrument.schemes import scheme_of
 from instrument.tracking import Trajectory
 from instrument.tracking.smoothing import smooth
-from protocols import Floats, InputError, Integers, Mask
+from protocols import Floats, InputError, Integers, Mask, Singles
 
 POSITIVE, NEGATIVE = 4, 5
 """Columns of I_H+ and I_H-."""

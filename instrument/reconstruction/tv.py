@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from instrument.reconstruction.operator import Operator, Singles, largest_eigenvalue
+from instrument.reconstruction.operator import Operator, largest_eigenvalue
+from instrument.reconstruction.tv_steps import ascend, descend
 from instrument.threads import one_blas_thread
-from protocols import Floats
+from protocols import Floats, Singles
 
 _LOOK_EVERY = 10
 _ABOVE = 1.05  # the power method approaches the largest eigenvalue from below
@@ -132,46 +133,17 @@ class _PrimalDual:
     def solve(self, values: Singles, *, edges_freed: bool) -> None:
         """Iterate from where the last solution ended."""
         operator, image, dual = self.operator, self.image, self.dual
-        step = np.float32(1 / (0.5 + _BALANCE) / max(self.eigenvalue, 1e-30))
-        dual_step = np.float32(_BALANCE / 8)
-        pull = np.float32(1 / (0.5 + _BALANCE))
-        relaxation = np.float32(_RELAXATION)
+        pull = 1 / (0.5 + _BALANCE)
+        step = pull / max(self.eigenvalue, 1e-30)
         radius = self._radius(edges_freed=edges_freed)
         residual = operator.matvec(image.ravel()) - values
         seen = residual.copy()
-        ascent = np.zeros_like(dual)
-        norm, square = np.empty_like(image), np.empty_like(image)
         most, iteration = min(self.iterations, self.left), 0
         for iteration in range(1, most + 1):
-            forward = operator.rmatvec(residual).reshape(image.shape)
-            forward *= step
-            forward += pull * _divergence_adjoint(dual, square)
-            np.subtract(image, forward, out=forward)
-            np.maximum(forward, 0, out=forward)
-            change = operator.matvec(forward.ravel())
-            change -= values
-            change -= residual
-            residual += relaxation * change
-
-            np.multiply(forward, 2, out=norm)
-            norm -= image
-            _gradient(norm, ascent)
-            ascent *= dual_step
-            ascent += dual
-            np.multiply(ascent[0], ascent[0], out=norm)
-            np.multiply(ascent[1], ascent[1], out=square)
-            norm += square
-            np.sqrt(norm, out=norm)
-            norm /= radius
-            np.maximum(norm, 1, out=norm)
-            ascent /= norm
-
-            forward -= image
-            forward *= relaxation
-            image += forward
-            ascent -= dual
-            ascent *= relaxation
-            dual += ascent
+            ahead = operator.rmatvec(residual).reshape(image.shape)
+            descend(image, dual, ahead, step, pull)
+            residual += np.float32(_RELAXATION) * (operator.matvec(ahead.ravel()) - values - residual)
+            ascend(image, dual, ahead, radius, _BALANCE / 8, _RELAXATION)
             if iteration % _LOOK_EVERY == 0 or iteration == most:
                 noise = max(1.0, _rms(residual) / 2) if self.coarse else 1.0
                 if _rms(residual - seen) < self.tolerance * noise:
@@ -186,27 +158,12 @@ class _PrimalDual:
         total = float(self.image.sum())
         if edges_freed and total > 0:
             edge = np.float32(_EDGE * float(np.vdot(self.image, self.image)) / total)
-            slope = _gradient(self.image, np.zeros((2, *self.image.shape), np.float32))
-            radius *= edge / (np.hypot(slope[0], slope[1]) + edge)
+            down, across = (
+                np.diff(self.image, axis=0, append=self.image[-1:]),
+                np.diff(self.image, append=self.image[:, -1:]),
+            )
+            radius *= edge / (np.hypot(down, across) + edge)
         return np.maximum(radius, np.float32(1e-20))
-
-
-def _gradient(image: Singles, out: Singles) -> Singles:
-    """Forward differences down and across; the last row and column of ``out`` must be 0 and stay so."""
-    np.subtract(image[1:], image[:-1], out=out[0, :-1])
-    np.subtract(image[:, 1:], image[:, :-1], out=out[1, :, :-1])
-    out[0, -1] = 0
-    out[1, :, -1] = 0
-    return out
-
-
-def _divergence_adjoint(dual: Singles, out: Singles) -> Singles:
-    """Transpose of ``_gradient``."""
-    np.negative(dual[0], out=out)
-    out[1:] += dual[0, :-1]
-    out -= dual[1]
-    out[:, 1:] += dual[1, :, :-1]
-    return out
 
 
 def _backprojected_noise(operator: Operator) -> float:

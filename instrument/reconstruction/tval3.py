@@ -19,8 +19,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from instrument.reconstruction.operator import Operator, Singles, largest_eigenvalue
-from protocols import Floats
+from instrument.reconstruction.operator import Operator, largest_eigenvalue
+from protocols import Floats, Singles
 
 _ABOVE = 1.02  # the power method approaches the largest eigenvalue from below
 _RANGE = (0.5, 1.5)  # of the scaled values, largest less smallest

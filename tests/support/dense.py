@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from instrument.patterns import hadamard_signs
-from instrument.reconstruction.operator import Singles
-from protocols import Floats, Integers
+from protocols import Floats, Integers, Singles
 from tests.support.simulation import shifted
 
 

@@ -5,7 +5,8 @@ import pytest
 
 from instrument.patterns import hadamard_order
 from instrument.reconstruction import Region, ShiftedHadamard, total_variation
-from instrument.reconstruction.operator import Singles, Weighted
+from instrument.reconstruction.operator import Weighted
+from protocols import Singles
 
 SIZE = 32
 

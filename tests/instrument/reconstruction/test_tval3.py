@@ -5,9 +5,8 @@ import pytest
 
 from instrument.patterns import hadamard_order
 from instrument.reconstruction import ShiftedHadamard
-from instrument.reconstruction.operator import Singles
 from instrument.reconstruction.tval3 import periodic_tv, tv_augmented_lagrangian
-from protocols import Floats
+from protocols import Floats, Singles
 from tests.support.dense import DenseSingles
 
 SIZE = 16
