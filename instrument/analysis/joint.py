@@ -18,7 +18,6 @@ from instrument.tracking.smoothing import Smooth, smooth
 from protocols import Floats, Singles
 
 _FEWEST = 64  # frames below which an image is too poor to refine anything
-_ORDERS = (3, 2, 1)  # of the smoother: the smoothest first, as its ends follow a bent way best
 _LEAST_INFORMATION = 1e-3  # of the best frame's: a frame that tells less makes no step of its own
 _BLOCKS = (8, 32)  # of a run, to see slow errors in: fewest and most
 _BLOCK = 50  # frames in one of them: some pixels of way, longer than dithering keeps its error
@@ -43,7 +42,7 @@ class Refined:
 
 
 @one_blas_thread()
-def refine(recording: Recording, motion: Trajectory | Floats, *, region: bool = True, loops: int = 4) -> Refined:
+def refine(recording: Recording, motion: Trajectory | Floats, *, region: bool = True, loops: int = 8) -> Refined:
     """Refine a trajectory by all that was measured, and reconstruct the image.
 
     Each loop solves for the image (warm start), predicts all values of every frame with it, the four Fourier values from the
@@ -80,7 +79,6 @@ def refine(recording: Recording, motion: Trajectory | Floats, *, region: bool = 
     start, started = trajectory, (rows, values)
     misfits: list[float] = []
     state = None
-    step: _Step | None = None
     fixed = FixedPatterns.of(scheme_of(recording.plan), area)
     total: Floats = measurement.values[:, POSITIVE] + measurement.values[:, NEGATIVE]
     if len(total) >= _FEWEST:
@@ -89,7 +87,7 @@ def refine(recording: Recording, motion: Trajectory | Floats, *, region: bool = 
     while len(measurement.frame) >= _FEWEST and done < loops:
         state = total_variation(rows, values, tolerance=0.03, iterations=60, start=state)
         misfits.append(state.misfit)
-        step = _step(measurement, fixed, total, trajectory, places=places, image=state.image, last=step)
+        step = _step(measurement, fixed, total, trajectory, places=places, image=state.image)
         before, trajectory = trajectory, step.trajectory(trajectory)
         places = places_px(trajectory, recording, measurement)
         rows, values = measurement.hadamard(places, area)
@@ -125,7 +123,6 @@ def _step(
     *,
     places: Floats,
     image: Singles,
-    last: _Step | None,
 ) -> _Step:
     """One Gauss-Newton step for x, then for y, each smoothed over the whole run."""
     views = _against(measurement, fixed, total, places, image)
@@ -141,7 +138,7 @@ def _step(
             information[measurement.frame] += slope[:, axis] ** 2
             pull[measurement.frame] += slope[:, axis] * left
         wanted = path[:, axis] + pull / np.maximum(information, _LEAST_INFORMATION * information.max())
-        fit = smooth(wanted, information, orders=_ORDERS, known=True, near=None if last is None else last.fits[axis])
+        fit = smooth(wanted, information, known=True)
         moved[:, axis] = (fit.values - path[:, axis])[measurement.frame]
         fits.append(fit)
         share = float(np.sum(views.rows[axis][1][:, axis] ** 2) / information.sum())

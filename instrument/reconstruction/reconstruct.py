@@ -93,8 +93,8 @@ def reconstruct(
         solved = tv_augmented_lagrangian(rows, values)
         return finished(measurement, area, solved.image, method, solved)
     strength = _STRENGTH[method] if strength is None else strength
-    steps = 1 if method == "tv-bregman" else 0
-    state = total_variation(rows, values, strength=strength, reweightings=1 - steps, bregman_steps=steps)
+    freed, steps = (0, 1) if method == "tv-bregman" else (None, 0)
+    state = total_variation(rows, values, strength=strength, reweightings=freed, bregman_steps=steps)
     return finished(measurement, area, state.image, method, state)
 
 

@@ -14,6 +14,7 @@ _ABOVE = 1.05  # the power method approaches the largest eigenvalue from below
 _BALANCE = 2.0  # of the dual step to the primal one: more cleans a dark ground sooner, less gains contrast sooner
 _RELAXATION = 1.7  # below 2 - 1 / (2 balance), the limit for convergence
 _EDGE = 0.2  # jump, in typical transmissions, at which an edge is freed of half its penalty
+_NOISY = 0.1  # smoothing's jump, in typical transmissions, above which freeing edges more than once invents some
 _LEAST_STRENGTH = 0.02  # lambda over eigenvalue and brightest pixel of A'b: below, first-order methods crawl
 _EXPLAINED = 1.05
 _STALLED = (
@@ -48,7 +49,7 @@ def total_variation(
     values: Singles,
     *,
     strength: float = 3.0,
-    reweightings: int = 1,
+    reweightings: int | None = None,
     bregman_steps: int = 0,
     tolerance: float = 0.02,
     iterations: int = 150,
@@ -65,6 +66,10 @@ def total_variation(
     solves again. Reweighting gains 2 to 3 dB over a Bregman step on letters, 0.7 on grey shapes, 0.2 on bars,
     and loses up to 0.4 at 50 photons a pattern.
 
+    Edges are freed twice, or in every warm start, where the noise is weak: the jump that smoothing takes away from an edge is
+    below a tenth of the typical transmission. Where it is not, each freeing invents some edges: they are freed once, after a plain
+    solution. That is worth 0.3 to 1.2 dB on letters at weak noise, and 0.2 to 0.4 dB at strong noise.
+
     Where the noise is so small that lambda would make the iteration crawl, a larger lambda is taken, and Bregman steps follow
     until the values are explained within their noise. They end, too, when a step no longer lowers the misfit by a fifth: what
     is left is then an error of the model, such as one of the motion, and not in the image's power to explain.
@@ -76,11 +81,11 @@ def total_variation(
         operator: A, whitened.
         values: ``(rows,)`` b, whitened.
         strength: larger is smoother; 3 with reweighting, 4 to 6 with Bregman steps alone.
-        reweightings: solutions with edges freed, after a plain one.
+        reweightings: solutions with edges freed, after a plain one or a warm start; None leaves the choice to the noise.
         bregman_steps: solutions after those, with the residual added.
         tolerance: see above.
         iterations: at most so many for each solution.
-        start: where an earlier call with similar rows ended. The plain solution is then left out if edges are freed.
+        start: where an earlier call with similar rows ended.
 
     References:
         L. Condat, J. Optim. Theory Appl. 158 (2013) 460, algorithm 3.1; B. C. Vu, Adv. Comput. Math. 38 (2013) 667.
@@ -88,8 +93,10 @@ def total_variation(
         S. Osher et al., Multiscale Model. Simul. 4 (2005) 460 (Bregman).
     """
     solver = _PrimalDual(operator, values, strength=strength, tolerance=tolerance, iterations=iterations, start=start)
-    if start is None or reweightings == 0:
+    if start is None or reweightings == 0 or (reweightings is None and solver.noisy):
         solver.solve(values, edges_freed=False)
+    if reweightings is None:
+        reweightings = 2 if start is None and not solver.noisy else 1
     for _ in range(reweightings):
         solver.solve(values, edges_freed=True)
     target, residual = values, values - operator.matvec(solver.image.ravel())
@@ -130,6 +137,17 @@ class _PrimalDual:
         self.tolerance, self.iterations = tolerance, iterations
         self.left = _MOST_WORK * iterations
 
+    @property
+    def noisy(self) -> bool:
+        """Whether smoothing takes more than a tenth of the typical transmission from an edge."""
+        return self.strength > _NOISY * self._typical
+
+    @property
+    def _typical(self) -> float:
+        """Transmission of the image's lit parts."""
+        total = float(self.image.sum())
+        return float(np.vdot(self.image, self.image)) / total if total > 0 else 0.0
+
     def solve(self, values: Singles, *, edges_freed: bool) -> None:
         """Iterate from where the last solution ended."""
         operator, image, dual = self.operator, self.image, self.dual
@@ -155,13 +173,10 @@ class _PrimalDual:
 
     def _radius(self, *, edges_freed: bool) -> Singles:
         radius = np.full(self.image.shape, self.strength, np.float32)
-        total = float(self.image.sum())
-        if edges_freed and total > 0:
-            edge = np.float32(_EDGE * float(np.vdot(self.image, self.image)) / total)
-            down, across = (
-                np.diff(self.image, axis=0, append=self.image[-1:]),
-                np.diff(self.image, append=self.image[:, -1:]),
-            )
+        edge = np.float32(_EDGE * self._typical)
+        if edges_freed and edge > 0:
+            down = np.diff(self.image, axis=0, append=self.image[-1:])
+            across = np.diff(self.image, append=self.image[:, -1:])
             radius *= edge / (np.hypot(down, across) + edge)
         return np.maximum(radius, np.float32(1e-20))
 

@@ -37,9 +37,9 @@ def track_smooth(recording: Recording) -> Trajectory:
         variance[0] = 0.0
         return _trajectory(recording, phase, variance, found.valid, radians)
 
-    first = _fitted(found, phase, phase, None)
+    first = _fitted(found, phase, phase)
     path = _path(first)
-    fits = _fitted(found, _against(found, path), path, first)
+    fits = _fitted(found, _against(found, path), path)
     path = _path(fits)
 
     way_px: Floats = np.hypot(path[:, 0] - path[0, 0], path[:, 1] - path[0, 1]) / radians
@@ -54,7 +54,7 @@ def track_smooth(recording: Recording) -> Trajectory:
     return _trajectory(recording, path, variance, found.valid, radians)
 
 
-def _fitted(found: Measured, phase: Floats, near_phase: Floats, near: _Fits | None) -> _Fits:
+def _fitted(found: Measured, phase: Floats, near_phase: Floats) -> _Fits:
     """Smooth both axes, each frame weighted by the variance that it has if its phase is about ``near_phase``."""
     variance = found.phase_variance(near_phase)
     known = np.isfinite(variance) & (variance > 0)
@@ -62,10 +62,7 @@ def _fitted(found: Measured, phase: Floats, near_phase: Floats, near: _Fits | No
     weights[known] = 1 / variance[known]
     if not known.any():
         weights[found.valid] = 1.0
-    x, y = (
-        smooth(phase[:, axis], weights[:, axis], known=bool(known.any()), near=None if near is None else near[axis])
-        for axis in range(2)
-    )
+    x, y = (smooth(phase[:, axis], weights[:, axis], known=bool(known.any())) for axis in range(2))
     return x, y
 
 
