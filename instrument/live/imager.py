@@ -9,6 +9,7 @@ from instrument.light import corrected_values
 from instrument.plan import Plan
 from instrument.reconstruction import Operator, Region, ShiftedHadamard, TvState, Weighted, total_variation
 from instrument.reconstruction.rows import NEGATIVE, POSITIVE
+from instrument.reconstruction.tv_steps import CORNERS
 from instrument.recording import Recording
 from instrument.schemes import scheme_of
 from protocols import Floats, InputError, Integers, Singles
@@ -21,6 +22,7 @@ _SETTLED_SHARE = 1 / 20  # of all Hadamard patterns: before, smooth more; after,
 _STRENGTH = (10.0, 3.0)  # of the smoothing, at the start and from the settled share on
 _BURST = 6e7  # rows times pixels times iterations of a burst: 10 to 15 ms on one core
 _BURST_LIMITS = (6, 60)
+_TOLERANCE = 0.02  # at which a burst ends early
 _POLISH = (10, 25)  # iterations without and with edges freed
 _FROM_NOTHING = 150  # iterations of an image that had no earlier ones
 _AFTER_MIDDLE_FRAMES = (np.array([POSITIVE, NEGATIVE]) + 0.5) / 6 - 0.5  # of H+ and H-
@@ -177,7 +179,13 @@ class ProgressiveImager:
             least, most = _BURST_LIMITS
             iterations = min(max(round(effort * _BURST / (rows.shape[0] * rows.shape[1])), least), most)
         self._state = total_variation(
-            rows, values, strength=strength, reweightings=int(edges_freed), iterations=iterations, start=start
+            rows,
+            values,
+            strength=strength,
+            reweightings=int(edges_freed),
+            tolerance=_TOLERANCE,
+            iterations=iterations,
+            start=start,
         )
         self._spent += iterations
         return region.paste(self._state.image.astype(np.float64), self._plan.image_size)
@@ -232,7 +240,7 @@ class ProgressiveImager:
         if eigenvalue <= 0:
             return None
         last = self._state
-        image, dual = np.zeros(region.shape, np.float32), np.zeros((2, *region.shape), np.float32)
+        image, dual = np.zeros(region.shape, np.float32), np.zeros((2 * CORNERS, *region.shape), np.float32)
         if last is not None:
             image, dual = (_moved(part, self._region, region) for part in (last.image, last.dual))
             dual *= np.float32(last.eigenvalue / eigenvalue)  # which it is kept divided by
