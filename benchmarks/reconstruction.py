@@ -11,6 +11,7 @@ from typing import Literal
 
 import numpy as np
 
+from benchmarks.limits import Limits, cramer_rao
 from instrument.analysis import refine
 from instrument.analysis.metrics import displacement_mse, offset_free_mse, psnr, ssim_global, ssim_local
 from instrument.plan import Plan
@@ -110,8 +111,22 @@ class Case:
         mean: Floats = np.mean(rows, axis=0)
         return mean
 
+    def limits(self, path: Path2D, degree: int) -> Limits:
+        """What no tracker can be better than."""
+        plan, slower = Plan(frames=self.planned, image_size=SIZE, hadamard_order=self.order), FRAMES / self.planned
+        return cramer_rao(
+            plan,
+            scene(self.name),
+            lambda t: path(slower * t),
+            frames=min(self.planned, self.used),
+            degree=degree,
+            sigma=0.1,
+            peak_counts=2 * self.counts if self.counts else None,
+        )
 
-MOTIONS: tuple[tuple[str, Path2D], ...] = (("I", arc), ("II", diagonal))
+
+MOTIONS: tuple[tuple[str, Path2D, int], ...] = (("I", arc, 4), ("II", diagonal, 2))
+"""Name, path, and the degree of the polynomial that it is: to 0.01 px, and exactly."""
 CASES = (
     Case("B"),
     Case("plane", "plane"),
@@ -134,7 +149,7 @@ def compare_methods(seeds: int) -> None:
     )
     print("PSNR, true motion, region" + " ".join(f"{method:>10s} {strength:g}" for method, strength in tried))
     for case in (Case("B"), Case("plane", "plane"), Case("bars", "bars"), Case("B, 50 counts", counts=50)):
-        for motion, path in MOTIONS:
+        for motion, path, _ in MOTIONS:
             figures = np.zeros(len(tried))
             for seed in range(seeds):
                 recording = case.run(path, seed)
@@ -158,7 +173,23 @@ def main() -> None:
         compare_methods(seeds)
         return
     only: str = arguments.only
-    heads = ("trackMSE", "MSE", "off-free", "covered", "PSNR", "true", "SSIMglob", "SSIMloc", "misfit", "all s")
+    heads = (
+        "CR frame",
+        "CR path",
+        "trackMSE",
+        "MSE",
+        "off-free",
+        "covered",
+        "PSNR",
+        "true",
+        "SSIMglob",
+        "SSIMloc",
+        "misfit",
+        "all s",
+    )
+    print(
+        "'CR frame', 'CR path': Cramer-Rao limits of the displacement's MSE, of a frame alone and of the path; see limits.py."
+    )
     print(
         "MSE in px^2. 'true': PSNR of reconstruct() given the true motion, its time and iterations. Counts: mean of a half-lit"
     )
@@ -169,10 +200,11 @@ def main() -> None:
     for case in CASES:
         if only not in case.title:
             continue
-        for motion, path in MOTIONS:
-            mean = case.mean(path, seeds)
-            print(f"{case.title:22s} {motion:2s} " + " ".join(f"{value:8.4f}" for value in mean), flush=True)
-    for motion, path in MOTIONS:
+        for motion, path, degree in MOTIONS:
+            limits = case.limits(path, degree)
+            figures = [limits.frame_px2, limits.path_px2, *case.mean(path, seeds).tolist()]
+            print(f"{case.title:22s} {motion:2s} " + " ".join(f"{value:8.4f}" for value in figures), flush=True)
+    for motion, path, _ in MOTIONS:
         still = simulate(Plan(frames=FRAMES, image_size=SIZE), scene("letter-B"), path)
         if still.truth is not None and not only:
             started = time.perf_counter()

@@ -172,7 +172,7 @@ def _against(measurement: Measurement, fixed: FixedPatterns, total: Floats, plac
     dark is no motion, nor is haze in the image that leaves the field before the object does.
     """
     fourier, slope = fixed.values(fixed.maps(image), places[:, :POSITIVE])
-    field = FixedPatterns(np.ones_like(fixed.patterns[:1]), fixed.region)
+    field = FixedPatterns(np.ones_like(fixed.patterns[:1]), fixed.region, fixed.width)
     lit, _ = field.values(field.maps(image), places[:, :POSITIVE].mean(axis=1, keepdims=True))
     expected = fourier + (total[:, None] - lit) / 2
     residual = measurement.values[:, :POSITIVE] - expected

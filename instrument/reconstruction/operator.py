@@ -190,6 +190,36 @@ class Weighted:
         return self.operator.rmatvec(self.weight * values)
 
 
+@dataclass(frozen=True, eq=False)
+class Stacked:
+    """The rows of one operator, and below them those of another on the same image."""
+
+    above: Operator
+    """The first rows."""
+
+    below: Operator
+    """The others."""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and pixels."""
+        return self.above.shape[0] + self.below.shape[0], self.above.shape[1]
+
+    @property
+    def image_shape(self) -> tuple[int, int]:
+        """Height and width of the unknown image."""
+        return self.above.image_shape
+
+    def matvec(self, image: Singles) -> Singles:
+        """Values of an image."""
+        return np.concatenate([self.above.matvec(image), self.below.matvec(image)])
+
+    def rmatvec(self, values: Singles) -> Singles:
+        """The transpose."""
+        rows = self.above.shape[0]
+        return self.above.rmatvec(values[:rows]) + self.below.rmatvec(values[rows:])
+
+
 def largest_eigenvalue(operator: Operator, iterations: int = 20) -> float:
     """Estimate the largest eigenvalue of A'A from below, by the power method from a random image."""
     image = np.random.default_rng(0).random(operator.shape[1]).astype(np.float32)

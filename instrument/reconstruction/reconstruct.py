@@ -8,19 +8,20 @@ from numpy.typing import DTypeLike, NDArray
 
 from instrument.reconstruction.conventional import inverse_walsh
 from instrument.reconstruction.dgi import ghost_image
-from instrument.reconstruction.operator import ShiftedHadamard
+from instrument.reconstruction.operator import Operator, ShiftedHadamard
 from instrument.reconstruction.region import Region
 from instrument.reconstruction.rows import NEGATIVE, POSITIVE, Measurement, as_trajectory, places_px
 from instrument.reconstruction.tv import TvState, total_variation
 from instrument.reconstruction.tval3 import AlState, tv_augmented_lagrangian
 from instrument.recording import Recording
+from instrument.schemes import scheme_of
 from instrument.threads import one_blas_thread
 from instrument.tracking import Trajectory
 from protocols import Floats, Singles
 
-Method: TypeAlias = Literal["tv", "tv-bregman", "tv-al", "dgi", "conventional"]
+Method: TypeAlias = Literal["tv", "tv-fourier", "tv-bregman", "tv-al", "dgi", "conventional"]
 
-_STRENGTH = {"tv": 3.0, "tv-bregman": 5.0}
+_STRENGTH = {"tv": 3.0, "tv-fourier": 3.0, "tv-bregman": 5.0}
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,9 +69,10 @@ def reconstruct(
     Args:
         recording: of the six-pattern scheme. Frames that are not valid are left out.
         motion: what ``track`` gave, or ``(frames, 2)`` displacements (x, y) in px in the middle of each frame.
-        method: ``tv``, least total variation with found edges freed; ``tv-bregman``, with a Bregman step instead; ``tv-al``,
-            TVAL3's model with its default weights, for comparison; ``dgi``, differential ghost imaging; ``conventional``, the
-            inverse Hadamard transform, which ignores the motion.
+        method: ``tv``, least total variation with found edges freed; ``tv-fourier``, of the Fourier values too: their dithering
+            sees the shape, which is worth up to 3 dB where the noise is weak, at three times the time; ``tv-bregman``, with a
+            Bregman step instead of edges freed; ``tv-al``, TVAL3's model with its default weights, for comparison; ``dgi``,
+            differential ghost imaging; ``conventional``, the inverse Hadamard transform, which ignores the motion.
         region: whether the object stays inside the field in every frame. Then only pixels it can occupy are solved for, and
             values are divided by the smoothed total light. Without it all pixels are, and the light is taken as steady.
         strength: of the smoothing, in units of the noise; None takes 3 for ``tv`` and 5 for ``tv-bregman``. Other
@@ -88,7 +90,11 @@ def reconstruct(
     if method == "conventional":
         image = inverse_walsh(measurement.difference, measurement.pairs, size)
         return finished(measurement, Region.whole(size), image, method)
-    rows, values = measurement.hadamard(places, area)
+    rows: Operator
+    if method == "tv-fourier":
+        rows, values = measurement.with_fourier(scheme_of(recording.plan), places, area)
+    else:
+        rows, values = measurement.hadamard(places, area)
     if method == "tv-al":
         solved = tv_augmented_lagrangian(rows, values)
         return finished(measurement, area, solved.image, method, solved)

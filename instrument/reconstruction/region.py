@@ -54,6 +54,10 @@ class Region:
         """Height and width."""
         return self.height, self.width
 
+    def room(self, size: int) -> tuple[int, int]:
+        """Pixels of a field of ``size`` a side right of this region, and below it."""
+        return size - self.left - self.width, size - self.top - self.height
+
     def cut(self, image: Floats) -> Floats:
         """Give the part of ``image`` (``(size, size)``) inside this region."""
         return image[self.top : self.top + self.height, self.left : self.left + self.width]

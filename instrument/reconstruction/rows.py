@@ -5,10 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from instrument.light import corrected_values
-from instrument.reconstruction.operator import ShiftedHadamard, Weighted
+from instrument.reconstruction.correlation import FixedPatterns
+from instrument.reconstruction.fourier_rows import FourierRows
+from instrument.reconstruction.operator import ShiftedHadamard, Stacked, Weighted
 from instrument.reconstruction.region import Region
 from instrument.recording import Recording
-from instrument.schemes import scheme_of
+from instrument.schemes import FourierHadamard, scheme_of
 from instrument.tracking import Trajectory
 from instrument.tracking.smoothing import smooth
 from protocols import Floats, InputError, Integers, Mask, Singles
@@ -111,6 +113,22 @@ class Measurement:
         )
         weight = (1 / self.difference_sigma).astype(np.float32)
         return Weighted(operator, weight), (self.difference / self.difference_sigma).astype(np.float32)
+
+    def with_fourier(self, scheme: FourierHadamard, places_px: Floats, region: Region) -> tuple[Stacked, Singles]:
+        """Whitened rows of the differences and of the Fourier values' dithering, and their whitened values.
+
+        Args:
+            scheme: whose Fourier patterns.
+            places_px: as in ``hadamard``.
+            region: as in ``hadamard``.
+        """
+        hadamard, differences = self.hadamard(places_px, region)
+        places_px = places_px[:, :POSITIVE]
+        sigma = np.sqrt(self.variance[:, :POSITIVE])
+        fixed = FixedPatterns.of(scheme, region, places_px)
+        fourier = FourierRows.of(fixed, places_px, sigma, scheme.plan.frequency_per_px)
+        whitened = (self.values[:, :POSITIVE] / sigma).astype(np.float32).ravel()
+        return Stacked(hadamard, fourier), np.concatenate([differences, fourier.dithering(whitened)])
 
 
 def as_trajectory(motion: Trajectory | Floats, recording: Recording) -> Trajectory:

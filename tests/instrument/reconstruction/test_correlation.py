@@ -35,6 +35,36 @@ def test_values_read_from_maps_equal_the_sum_over_pixels(upsampling: int) -> Non
         assert np.allclose(values[row], (seen * image).sum(axis=(1, 2)), atol=1e-4)
 
 
+@pytest.mark.parametrize("wide", [True, False])
+def test_sampling_and_maps_have_transposes(wide: bool) -> None:  # noqa: FBT001  (a parameter of the test)
+    """<C x, y> = <x, C' y>, for all displacements and for those that keep the object inside the field."""
+    rng = np.random.default_rng(2)
+    places = _places() if wide else rng.uniform((-5, -3), (4, 5), (30, 4, 2))
+    fixed = FixedPatterns.of(scheme_of(Plan(frames=4, image_size=SIZE)), REGION, places)
+    sampling = fixed.sampling(places)
+    part, values = rng.random(REGION.shape, np.float32), rng.random(120, np.float32)
+
+    seen = sampling @ fixed.maps(part).ravel()
+    image = fixed.image((sampling.T @ values).astype(np.float32).reshape(4, fixed.width, fixed.width))
+
+    assert fixed.width == (32 if wide else 18)
+    assert np.allclose(seen, fixed.values(fixed.maps(part), places)[0].ravel(), atol=1e-4)
+    assert np.vdot(seen, values) == pytest.approx(np.vdot(part, image), rel=1e-4)
+
+
+def test_small_maps_give_the_same_values_as_large_ones() -> None:
+    """The region begins 5 and 3 px from the field's borders and ends 4 and 5 px from the others."""
+    places = np.random.default_rng(3).uniform((-5.9, -3.9), (4.9, 5.9), (50, 4, 2))
+    scheme = scheme_of(Plan(frames=4, image_size=SIZE))
+    small, large = FixedPatterns.of(scheme, REGION, places), FixedPatterns.of(scheme, REGION)
+    part = np.random.default_rng(1).random(REGION.shape, np.float32)
+
+    for ours, others in zip(
+        small.values(small.maps(part), places), large.values(large.maps(part), places), strict=True
+    ):
+        assert np.allclose(ours, others, atol=1e-4)
+
+
 def test_slopes_are_the_derivatives_of_the_values() -> None:
     fixed = FixedPatterns.of(scheme_of(Plan(frames=4, image_size=SIZE)), REGION)
     maps = fixed.maps(np.random.default_rng(1).random(REGION.shape).astype(np.float32))

@@ -58,7 +58,7 @@ def test_the_strongest_smoothing_of_order_3_is_a_parabola(size: int) -> None:
     base = np.stack([np.ones(size), time, time**2], axis=1)
     step = base[-1] - base[0]
     assert found.variances_to_first(np.array([size - 1]))[0] == pytest.approx(
-        float(step @ np.linalg.solve(base.T @ base, step)), rel=0.05
+        float(step @ np.asarray(np.linalg.solve(base.T @ base, step), np.float64)), rel=0.05
     )
 
 
