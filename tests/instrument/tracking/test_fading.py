@@ -1,0 +1,54 @@
+"""Parabolas through the past, against weighted least squares with all data at hand."""
+
+import numpy as np
+import pytest
+
+from instrument.tracking.fading import add, grow_older, solve
+from protocols import Floats
+
+KEPT, STEP = 0.93, 0.07
+
+
+def _faded(data: Floats) -> tuple[Floats, float]:
+    powers, moments, curve = np.zeros(5), np.zeros((2, 3)), np.zeros((2, 3))
+    for datum in data:
+        grow_older(powers, moments, KEPT, STEP)
+        add(powers, moments, 0.0, datum)
+    return curve, solve(powers, moments, len(data), STEP, curve)
+
+
+@pytest.mark.parametrize("count", [3, 4, 11, 400])
+def test_a_fading_parabola_is_that_of_weighted_least_squares(count: int) -> None:
+    data = np.random.default_rng(count).normal(size=(count, 2)) * 30
+    age = STEP * np.arange(count)[::-1]
+    root = np.sqrt(KEPT ** np.arange(count)[::-1])
+    base = root[:, None] * np.vander(age, 3, increasing=True)
+
+    curve, share = _faded(data)
+
+    expected = np.linalg.lstsq(base, root[:, None] * data)[0].T
+    np.testing.assert_allclose(curve[:, 0], expected[:, 0], rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(curve, expected, rtol=1e-6)
+    assert share == pytest.approx(np.linalg.inv(base.T @ base)[0, 0], rel=1e-9)
+
+
+def test_a_plain_parabola_counts_time_from_the_first_datum() -> None:
+    data = np.random.default_rng(0).normal(size=(20, 1))
+    powers, moments, curve = np.zeros(5), np.zeros((1, 3)), np.zeros((1, 3))
+    for k, datum in enumerate(data):
+        add(powers, moments, k / 20, datum)
+    solve(powers, moments, 20, 1 / 20, curve)
+
+    np.testing.assert_allclose(curve[0], np.polynomial.polynomial.polyfit(np.arange(20) / 20, data[:, 0], 2), rtol=1e-9)
+
+
+def test_one_datum_is_its_own_parabola_and_two_share_their_difference() -> None:
+    """Newest 5, older 2, a step before: b u + c u^2 = -3 at one step, half by each."""
+    one, own = _faded(np.array([[4.0, -1.0]]))
+    two, share = _faded(np.array([[2.0, 0.0], [5.0, 0.0]]))
+
+    assert one.tolist() == [[4, 0, 0], [-1, 0, 0]]
+    assert own == 1
+    assert two[0] == pytest.approx([5, -1.5 / STEP, -1.5 / STEP**2])
+    assert two[1].tolist() == [0, 0, 0]
+    assert share == pytest.approx(1)
