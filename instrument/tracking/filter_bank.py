@@ -15,9 +15,8 @@ from instrument.tracking.fading import add, grow_older, solve
 from protocols import Floats, Integers
 
 _MEMORIES_FRAMES = np.array([1.5, 4.0, 14.0, 50.0])
-_START_FRAMES = np.round(
-    4.4 * _MEMORIES_FRAMES
-)  # over which the end of a plain parabola is as sure as that of the fading one
+# Over which the end of a plain parabola is as sure as that of the fading one.
+_START_FRAMES = np.round(4.4 * _MEMORIES_FRAMES)
 _TRUST_FRAMES = 60.0  # over which a filter is judged
 _TRUST_KEPT = 1 - 1 / _TRUST_FRAMES
 _TINY = 1e-12
