@@ -10,4 +10,5 @@ clean: ; rm -rf .venv demo build dist *.egg-info
 .venv/ready: pyproject.toml constraints.txt
 	python3 -m venv .venv
 	$(PY) -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
+	$(PY) -c 'import instrument'  # compiles its loops, once
 	touch $@

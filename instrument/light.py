@@ -20,6 +20,8 @@ def corrected_values(recording: Recording) -> tuple[Floats, Floats]:
     I_H+ + I_H- between neighbouring frames (median absolute deviation, so outliers do not count). It is infinite where
     there are fewer than three frames to see it from.
 
+    The light of a background is found in the same way and taken off; its variance is added.
+
     Args:
         recording: of the six-pattern scheme, or of another one whose last two patterns are complements.
 
@@ -30,22 +32,30 @@ def corrected_values(recording: Recording) -> tuple[Floats, Floats]:
         InputError: more counts than the dead time lets through.
     """
     if not recording.photon_counts:
-        return recording.values, np.full_like(recording.values, _noise_variance(recording))
-    dead_share = recording.values * (recording.dead_time_s / recording.picture_time_s)
+        light = recording.values if recording.background is None else recording.values - recording.background
+        return light, np.full_like(light, _noise_variance(light[recording.frame_valid]))
+    light, variance = _photons(recording, recording.values)
+    if recording.background is not None:
+        behind, its_variance = _photons(recording, recording.background)
+        light, variance = light - behind, variance + its_variance
+    return light, variance
+
+
+def _photons(recording: Recording, counts: Floats) -> tuple[Floats, Floats]:
+    dead_share = counts * (recording.dead_time_s / recording.picture_time_s)
     if np.nanmax(dead_share, initial=0.0) >= 1:
-        most = float(np.nanmax(recording.values))
         raise InputError(
-            saw=f"{most:g} counts in a pattern of {recording.picture_time_s * 1e6:g} us",
+            saw=f"{float(np.nanmax(counts)):g} counts in a pattern of {recording.picture_time_s * 1e6:g} us",
             expected=f"fewer than {recording.picture_time_s / recording.dead_time_s:g}, as the dead time is "
             f"{recording.dead_time_s * 1e9:g} ns",
             remedy="check the counter's dead_time_s, or lower the light",
         )
-    came = recording.values / (1 - dead_share)
+    came = counts / (1 - dead_share)
     return came - recording.dark_rate_hz * recording.picture_time_s, np.maximum(came, 1.0) / (1 - dead_share)
 
 
-def _noise_variance(recording: Recording) -> float:
-    total = (recording.values[:, -2] + recording.values[:, -1])[recording.frame_valid]
+def _noise_variance(light: Floats) -> float:
+    total = light[:, -2] + light[:, -1]
     steps = np.diff(total[np.isfinite(total)])
     if len(steps) < 2:
         return float("inf")

@@ -39,6 +39,9 @@ class Recording:
     dark_rate_hz: float = 0.0
     """Dark counts a second."""
 
+    background: Floats | None = None
+    """As ``values``: what stands still beside the object, measured without it by the same patterns; still in ``values``."""
+
     truth: Truth | None = None
     """Simulated runs only: what really was there."""
 
@@ -74,14 +77,17 @@ class Recording:
             values=self.values[:frames],
             frame_valid=self.frame_valid[:frames],
             edge_time_s=None if self.edge_time_s is None else self.edge_time_s[:frames],
+            background=None if self.background is None else self.background[:frames],
             truth=truth,
         )
 
     def minus(self, background: "Recording") -> Self:
-        """The same run without the light of a stationary background, recorded with the same patterns and no object.
+        """The same run and, to be taken off, a stationary background recorded with the same patterns and no object.
+
+        The values stay as they were counted: dead time bends both, so the light of each is found first, then subtracted.
 
         Raises:
-            InputError: the background was recorded with other patterns or is too short.
+            InputError: the background was recorded with other patterns or another detector, or is too short.
         """
         ours, theirs = self.plan, background.plan
         same = ours.model_copy(update={"motion": None, "frames": 1}) == theirs.model_copy(
@@ -93,8 +99,14 @@ class Recording:
                 expected=f"at least {len(self)} frames by the plan {ours.model_dump_json()}",
                 remedy="record the background with the same plan.toml, without [motion] and without the object",
             )
+        if self.photon_counts != background.photon_counts or self.background is not None:
+            raise InputError(
+                saw="a second background" if self.background is not None else "one recording of photon counts and one of none",
+                expected="one background by the same detector",
+                remedy="record it with the same bench.toml and subtract it once",
+            )
         return replace(
             self,
-            values=self.values - background.values[: len(self)],
+            background=background.values[: len(self)],
             frame_valid=self.frame_valid & background.frame_valid[: len(self)],
         )

@@ -1,8 +1,8 @@
 """One BLAS thread for many small products.
 
-The solvers multiply matrices of some 1,666 x 128. A second BLAS thread wins little there on a free machine, and on a busy one the
-two wait for each other in busy loops: measured at a load of 6 on 2 cores, one such product took 3 ms with one thread and 16 ms
-with two, and whole reconstructions 30 times longer.
+What is left of matrix products in the analysis is small: some 1,666 x 128. A second BLAS thread wins little there on a free
+machine, and on a busy one the two wait for each other in busy loops: measured at a load of 6 on 2 cores, one such product took
+3 ms with one thread and 16 ms with two.
 """
 
 from collections.abc import Generator

@@ -6,6 +6,7 @@ import numpy as np
 from pydantic import NonNegativeFloat, NonNegativeInt
 
 from instrument.analysis.metrics import displacement_mse, offset_free_mse, psnr, ssim_global, ssim_local
+from instrument.light import corrected_values
 from instrument.reconstruction import Reconstruction
 from instrument.recording import Recording
 from instrument.tracking import Trajectory
@@ -100,7 +101,8 @@ class Figures(Frozen):
 
 def _light_change(recording: Recording) -> float:
     """Means over tenths of the run, so that noise does not count as change."""
-    total = (recording.values[:, -2] + recording.values[:, -1])[recording.frame_valid]
+    light, _ = corrected_values(recording)
+    total = (light[:, -2] + light[:, -1])[recording.frame_valid]
     tenths = [float(np.mean(part)) for part in np.array_split(total, 10) if len(part)]
     middle = float(np.median(tenths)) if tenths else 0.0
     return max(abs(tenth / middle - 1) for tenth in tenths) if middle > 0 else 0.0

@@ -6,7 +6,6 @@ import numpy as np
 
 from instrument.reconstruction.operator import Operator, largest_eigenvalue
 from instrument.reconstruction.tv_steps import CORNERS, ascend, descend, slopes
-from instrument.threads import one_blas_thread
 from protocols import Floats, Singles
 
 _LOOK_EVERY = 10
@@ -43,7 +42,6 @@ class TvState:
     """Spent in all."""
 
 
-@one_blas_thread()
 def total_variation(
     operator: Operator,
     values: Singles,

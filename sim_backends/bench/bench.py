@@ -134,6 +134,7 @@ class OpticalBench:
                 settings.edge_loss,
                 self._background(size),
                 settings.background_level,
+                settings.object_level,
             )
 
     def _background(self, image_size: int) -> AreaImage | None:
@@ -356,7 +357,7 @@ class OpticalBench:
             run = self._shown("the truth")
             at_px = self._displacement(run.image_size).at(run.first_edge_s, np.asarray(time_s, np.float64))
             image = run.scene.on_grid(float(at_px[0, 0]), float(at_px[0, 1]), run.image_size, 1.0)
-            return Truth(at_px - at_px[0], image)
+            return Truth(at_px - at_px[0], image * self.settings.object_level)
 
 
 def bench_of(context: BenchContext, device: str) -> OpticalBench:

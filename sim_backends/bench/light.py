@@ -21,6 +21,7 @@ class Optics:
     edge_loss: float = 0.0
     background: AreaImage | None = None
     background_level: float = 1.0
+    object_level: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +81,8 @@ class LightPath:
         for size in (self._grid.image_size, self._grid.side_mirrors):
             same = np.flatnonzero(samples == size)
             if len(same):
-                light[same] += self._seen([planes[picture].packed for picture in same], at_px[same], self._scene)
+                seen = self._seen([planes[picture].packed for picture in same], at_px[same], self._scene)
+                light[same] += seen * self._optics.object_level
         lamp = self._optics.level * np.maximum(1 + self._optics.drift_per_s * time_s, 0.0)
         return PictureLight(light * lamp, np.array([plane.lit_px for plane in planes]))
 

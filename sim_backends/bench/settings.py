@@ -110,6 +110,10 @@ class SceneSettings(Frozen):
     """Height of the object where it is not displaced. None: for a built-in 36 px in a 128 px image, in proportion
     otherwise; for a file the longer side of the picture fills the image."""
 
+    object_level: Annotated[float, Field(ge=0, le=1)] = 1.0
+    """A factor on the object's transmission. 0 takes it out of the light, but not out of what ``peak_counts`` is measured on: for
+    recording a background alone, by the same lamp."""
+
     start_px: tuple[FiniteFloat, FiniteFloat] | None = None
     """Column and row of the object's centre where it is not displaced. None: for a built-in a quarter of the image from
     the upper left corner, from where the standard motion takes it along the diagonal to three quarters; for a file the

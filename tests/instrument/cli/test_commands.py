@@ -120,6 +120,24 @@ def test_a_background_is_taken_off(tmp_path: Path, capsys: pytest.CaptureFixture
     assert mse[1] < 0.05
 
 
+def test_a_background_is_taken_off_photons_with_dead_time(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """As bright as the object, at a dead time that takes a tenth of the counts: found as light, it leaves no trace."""
+    light = 'noise = { kind = "poisson", peak_counts = 300, dead_time_s = 2e-8, dark_rate_hz = 1e4, seed = 4 }'
+    still = f'background = "letter-I"\nobject_height_px = 9\n{light}'
+    run = recorded(tmp_path, still)
+    rest = MEDIUM.model_copy(update={"motion": None})
+    background = recorded(
+        tmp_path, f"object_level = 0\n{still.replace('seed = 4', 'seed = 5')}", plan=rest, name="background.h5"
+    )
+    assert not array(background, "/entry/truth/image").any()
+    capsys.readouterr()
+    assert status(["analyse", str(run), "--no-pictures", "--json", "--background", str(background)]) == 0
+    figures = json.loads(capsys.readouterr().out)
+    assert figures["displacement_mse_px2"] < 0.05
+    assert figures["misfit"] == pytest.approx(1.0, abs=0.1)
+    assert figures["light_change"] < 4 * 900**0.5 / 300 / 40**0.5  # noise of 900 counts in 300, mean of 40 frames, 4 sigma
+
+
 def test_masked_frames_are_left_out_and_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     run = recorded(tmp_path, 'faults = [{ kind = "drop-edge", picture = 1000 }]')
     capsys.readouterr()

@@ -31,6 +31,29 @@ def test_dead_time_and_dark_counts_by_hand() -> None:
     np.testing.assert_allclose(variance, 250 / 0.9**2)
 
 
+def test_a_background_is_taken_off_as_light_and_not_as_counts() -> None:
+    """250 counts are 250 / 0.9, 125 behind them 125 / 0.95: the difference is 146.2, where that of the counts would be 125."""
+    recording = replace(_recording(np.full((2, 6), 250.0), photon_counts=True), dead_time_s=20e-9, dark_rate_hz=40e3)
+    behind = replace(recording, values=np.full((3, 6), 125.0), frame_valid=np.array([True, False, True]))
+
+    alone = recording.minus(behind)
+    values, variance = corrected_values(alone)
+
+    np.testing.assert_allclose(values, 250 / 0.9 - 125 / 0.95)
+    np.testing.assert_allclose(variance, 250 / 0.9**2 + 125 / 0.95**2)
+    assert alone.frame_valid.tolist() == [True, False]
+    assert alone.first(1).background is not None
+    assert corrected_values(alone.first(1))[0].shape == (1, 6)
+
+
+def test_a_background_of_another_detector_or_a_second_one_is_refused() -> None:
+    recording = _recording(np.full((2, 6), 250.0), photon_counts=True)
+    with pytest.raises(InputError, match="one recording of photon counts and one of none"):
+        recording.minus(replace(recording, photon_counts=False))
+    with pytest.raises(InputError, match="a second background"):
+        recording.minus(recording).minus(recording)
+
+
 def test_the_stated_variance_is_that_of_a_simulated_counter_with_dead_time() -> None:
     """Arrivals at 400 in 50 us, each followed by 30 ns of blindness: counted one by one."""
     rng = np.random.default_rng(2)

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from protocols import BenchContext, Floats, InputError, PixelGrid, Scene, WrongState
 from sim_backends.bench import OpticalBench, Projection, SceneSettings, VirtualClock, bench_of
 from sim_backends.bench.bench import Edges
+from sim_backends.bench.settings import PhotonNoise
 from tests.sim_backends.projector import (
     GRID,
     PICTURE_S,
@@ -97,6 +98,15 @@ def test_the_background_stands_still_and_is_lit_too(tmp_path: Path) -> None:
     save(tmp_path, dot(1, 1), "still.npy")
     bench = still_bench(tmp_path, (1.0, 0.0), background="still.npy", background_level=0.5)
     assert values(bench, [pixel(4, 6), pixel(1, 1), pixel(1, 2), all_on()]) == [1.0, 0.5, 0.0, 1.5]
+
+
+def test_an_object_taken_out_of_the_light_leaves_the_background_and_the_scale_of_photons(tmp_path: Path) -> None:
+    """The dot at full level would give 1e6 counts: the background, half as bright, gives half of them within 5 sigma."""
+    save(tmp_path, dot(1, 1), "still.npy")
+    noise = PhotonNoise(kind="poisson", peak_counts=1e6, seed=1)
+    bench = still_bench(tmp_path, background="still.npy", background_level=0.5, object_level=0.0, noise=noise)
+    assert values(bench, [all_on()]) == pytest.approx([5e5], abs=5 * 5e5**0.5)
+    assert not bench.truth(np.zeros(1)).image.any()
 
 
 def test_a_built_in_can_be_the_background(tmp_path: Path) -> None:

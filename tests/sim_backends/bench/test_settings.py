@@ -21,6 +21,7 @@ px_per_mm = 7.2
 axis_angle_deg = 44.0
 light_level = 0.8
 led_drift_per_s = -0.01
+object_level = 0.5
 background = "letter-T"
 background_px = [90, 30]
 background_level = 0.25
