@@ -48,7 +48,7 @@ def refine(recording: Recording, motion: Trajectory | Floats, *, region: bool = 
     Each loop solves for the image (warm start), predicts all values of every frame with it, the four Fourier values from the
     binary patterns as shown (so that dithering is no error any more) and the Hadamard difference, and makes one Gauss-Newton
     step for the whole path: each frame's displacement that would explain its values best, weighted by its information,
-    smoothed as far as the data say.
+    smoothed as far as the data say. The last image starts anew: what earlier ones invented, with a worse motion, would stay.
 
     Of each axis's two Fourier values only the direction in which motion turns them counts, not the amplitude: an image too
     smooth or too dark is no motion. Photon counts are weighted by the counts expected: weighting by those that came would
@@ -95,7 +95,7 @@ def refine(recording: Recording, motion: Trajectory | Floats, *, region: bool = 
         change = trajectory.displacement_px - before.displacement_px
         if np.mean(change**2) < _STANDS**2 * np.mean(trajectory.sigma_px**2):
             break
-    state = total_variation(rows, values, start=state)
+    state = total_variation(rows, values)
     if misfits and state.misfit > _WORSE * misfits[0]:
         trajectory, done = start, 0
         state = total_variation(*started)
