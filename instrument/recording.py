@@ -101,7 +101,9 @@ class Recording:
             )
         if self.photon_counts != background.photon_counts or self.background is not None:
             raise InputError(
-                saw="a second background" if self.background is not None else "one recording of photon counts and one of none",
+                saw="a second background"
+                if self.background is not None
+                else "one recording of photon counts and one of none",
                 expected="one background by the same detector",
                 remedy="record it with the same bench.toml and subtract it once",
             )

@@ -85,7 +85,7 @@ def refine(recording: Recording, motion: Trajectory | Floats, *, region: bool = 
         total = smooth(total, np.ones(len(total)), orders=(1,)).values
     done = 0
     while len(measurement.frame) >= _FEWEST and done < loops:
-        state = total_variation(rows, values, tolerance=0.03, iterations=60, start=state)
+        state = total_variation(rows, values, tolerance=0.03, iterations=40, start=state)
         misfits.append(state.misfit)
         step = _step(measurement, fixed, total, trajectory, places=places, image=state.image)
         before, trajectory = trajectory, step.trajectory(trajectory)

@@ -22,7 +22,7 @@ ORDERS = (1, 2, 3, 4)
 _EQUAL = 1.005  # ratio of cross-validation scores below which two orders are equally good
 _WEAKEST, _STRONGEST = -2.0, 24.0  # powers of ten; beyond, rounding errors show
 _STIFF = 2.0  # power of ten by which a mode's penalty exceeds its weight where nothing of it passes
-_STEP = 2.0  # decades between strengths looked at first
+_STEP = 1.0  # decades, times the order, between strengths looked at first: as the memory goes with strength^(1 / 2p)
 _CLOSER = 7  # strengths looked at then
 _UNLIKELY = 0.03  # chance of a strength over that of the likeliest, below which it is left out
 _PLACES = 65  # at which a variance is worked out
@@ -104,7 +104,7 @@ def _likely(series: Floats, weights: Floats, order: int, noise_bounds: tuple[flo
     """Look from hardly any smoothing to the strength that leaves a polynomial and no more, then closer where it is likely."""
     size = len(series)
     strongest = min(_STIFF - 2 * order * float(np.log10((order + 1) / 2 * np.pi / size)), _STRONGEST)
-    powers = np.linspace(_WEAKEST, strongest, 1 + max(2, round((strongest - _WEAKEST) / _STEP)))
+    powers = np.linspace(_WEAKEST, strongest, 1 + max(2, round((strongest - _WEAKEST) / (_STEP * order))))
     likely = np.flatnonzero(_weighed(series, weights, order, powers, noise_bounds)[0])
     closer = powers[max(likely[0] - 1, 0)], powers[min(likely[-1] + 1, len(powers) - 1)]
     chances, splines, noise = _weighed(series, weights, order, np.linspace(*closer, _CLOSER), noise_bounds)

@@ -135,7 +135,9 @@ def test_a_background_is_taken_off_photons_with_dead_time(tmp_path: Path, capsys
     figures = json.loads(capsys.readouterr().out)
     assert figures["displacement_mse_px2"] < 0.05
     assert figures["misfit"] == pytest.approx(1.0, abs=0.1)
-    assert figures["light_change"] < 4 * 900**0.5 / 300 / 40**0.5  # noise of 900 counts in 300, mean of 40 frames, 4 sigma
+    assert (
+        figures["light_change"] < 4 * 900**0.5 / 300 / 40**0.5
+    )  # noise of 900 counts in 300, mean of 40 frames, 4 sigma
 
 
 def test_masked_frames_are_left_out_and_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
