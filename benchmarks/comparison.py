@@ -45,7 +45,7 @@ Solver: TypeAlias = Callable[[Operator, Singles, float, Watch], object]
 _chambolle = cast("Callable[..., Singles]", denoise_tv_chambolle)
 
 NEAR_DB = 0.1
-MU = (2.0**6, 2.0**8, 2.0**10)
+MU = (2.0**4, 2.0**6, 2.0**8, 2.0**10)
 STRENGTHS = (1.0, 2.0, 4.0)
 
 

@@ -35,7 +35,7 @@ b = double(data.values(:));
 RUN = """
 addpath(genpath('{folder}'));
 opts = data.settings; opts.mu = {mu};
-opts.nonneg = logical(opts.nonneg); opts.TVL2 = logical(opts.TVL2); opts.disp = 0;
+opts.nonneg = logical(opts.nonneg); opts.TVL2 = logical(opts.TVL2); opts.disp = false;
 tic; [image, out] = TVAL3(A, b, h, w, opts); took_s = toc;
 save('-v6', '{answer}', 'image', 'took_s');
 """

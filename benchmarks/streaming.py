@@ -60,7 +60,7 @@ def standard_run(seed: int, shuffle_seed: int | None) -> Recording:
 
 def tracking(recording: Recording) -> None:
     """Time a frame takes, the median of five."""
-    for frames in (1, 67, 167):
+    for frames in (1, 16, 67, 167):
         took_s: list[float] = []
         for _ in range(5):
             tracker = StreamingTracker(recording.plan)
