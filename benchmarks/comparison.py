@@ -22,22 +22,27 @@ from skimage.restoration import denoise_tv_chambolle  # pyright: ignore[reportUn
 
 from benchmarks.octave import SETTINGS, Written, run_octave
 from benchmarks.reconstruction import FRAMES, SIZE, diagonal, scene
-from instrument.analysis.metrics import psnr
-from instrument.plan import Plan
-from instrument.reconstruction import (
+from instrument.measurement import Measurement
+from instrument.numerics import (
     Operator,
-    Region,
-    ShiftedHadamard,
     Weighted,
+    largest_eigenvalue,
+    psnr,
     total_variation,
     tv_augmented_lagrangian,
 )
-from instrument.reconstruction.operator import largest_eigenvalue
-from instrument.reconstruction.rows import Measurement, as_trajectory, places_px
-from instrument.reconstruction.walsh_rows import walsh_rows
+from instrument.plan import Plan
+from instrument.reconstruction import Problem, Region, ShiftedHadamard, walsh_rows
+from instrument.tracking import as_trajectory
 from protocols import Floats, Singles
 from tests.support.dense import DenseSingles
 from tests.support.simulation import simulate
+
+
+def cut(image: Floats, region: Region) -> Floats:
+    """Give the part of ``(size, size)`` inside a region."""
+    return image[region.top : region.top + region.height, region.left : region.left + region.width]
+
 
 Watch: TypeAlias = Callable[[Floats], object]
 Solver: TypeAlias = Callable[[Operator, Singles, float, Watch], object]
@@ -50,7 +55,7 @@ STRENGTHS = (1.0, 2.0, 4.0)
 
 
 @dataclass(frozen=True)
-class Problem:
+class Comparison:
     """Whitened rows of one run with its true motion."""
 
     rows: Operator
@@ -65,20 +70,22 @@ class Problem:
         return self.written.values
 
     @classmethod
-    def of(cls, *, region: bool, seed: int) -> "Problem":
+    def of(cls, *, region: bool, seed: int) -> "Comparison":
         """Simulate the letter on motion II, noise of 0.1 on every pixel."""
         recording = simulate(Plan(frames=FRAMES, image_size=SIZE), scene("letter-B"), diagonal, sigma=0.1, seed=seed)
         truth = recording.truth
         assert truth is not None  # noqa: S101  (simulated)
-        measurement = Measurement.of(recording, steady_object=region)
-        places = places_px(as_trajectory(truth.displacement_px, recording), recording, measurement)
-        area = Region.inside(places.reshape(-1, 2), SIZE) if region else Region.whole(SIZE)
-        middle, pairs = places[:, 4:].mean(axis=1), measurement.pairs
-        weighted, values = measurement.hadamard(places, area)
+        measurement = Measurement.of(recording)
+        of_image = measurement.image_values(steady_object=region)
+        motion = as_trajectory(truth.displacement_px, len(measurement), measurement.frame_time_s)
+        problem = Problem.of(measurement, of_image, motion, inside=region)
+        area, pairs = problem.region, of_image.pairs
+        middle = (problem.places.positive + problem.places.negative) / 2
+        weighted, values = problem.hadamard()
         rows = Weighted(ShiftedHadamard.single(pairs, middle, SIZE, area), weighted.weight)
         down = walsh_rows(SIZE, pairs[:, 0], middle[:, 1], area.top, area.height)
         across = weighted.weight[:, None] * walsh_rows(SIZE, pairs[:, 1], middle[:, 0], area.left, area.width)
-        return cls(rows, Written(down, across, values, area.cut(truth.image)), truth.image, area)
+        return cls(rows, Written(down, across, values, cut(truth.image, area)), truth.image, area)
 
     def dense(self) -> DenseSingles:
         """Give the same rows written out, in double precision."""
@@ -94,7 +101,7 @@ class Problem:
 class Course:
     """PSNR over the time of a solver; judging is not on its clock."""
 
-    problem: Problem
+    problem: Comparison
     points: list[tuple[float, float]] = field(default_factory=list[tuple[float, float]])
     paused_s: float = 0.0
     started_s: float = field(default_factory=time.perf_counter)
@@ -145,7 +152,7 @@ def augmented(operator: Operator, values: Singles, mu: float, watch: Watch) -> N
     tv_augmented_lagrangian(operator, values, mu=mu, watch=watch)
 
 
-def tuned(problem: Problem, solver: Solver, ladder: tuple[float, ...]) -> tuple[float, float]:
+def tuned(problem: Comparison, solver: Solver, ladder: tuple[float, ...]) -> tuple[float, float]:
     """Best weight of a ladder, and its PSNR: found on the structured rows, as the images are the same."""
 
     def best_db(weight: float) -> float:
@@ -169,7 +176,7 @@ def seconds(work: Callable[[], object], repeats: int) -> float:
     return median(once() for _ in range(repeats))
 
 
-def ours_to(problem: Problem, wanted_db: float, repeats: int) -> float:
+def ours_to(problem: Comparison, wanted_db: float, repeats: int) -> float:
     """Time of our solver, stopped where it first reaches a PSNR: the least of plain and reweighted solutions."""
     ladder = [(freed, steps) for steps in range(10, 151, 10) for freed in (0, 1)]
     for steps in sorted(ladder, key=lambda pair: (1 + pair[0]) * pair[1]):
@@ -187,7 +194,7 @@ def say(name: str, quality_db: float, whole_s: float, wanted_db: float, *, other
 
 
 def compare(
-    problem: Problem, name: str, solver: Solver, ladder: tuple[float, ...], *, best_db: float, repeats: int
+    problem: Comparison, name: str, solver: Solver, ladder: tuple[float, ...], *, best_db: float, repeats: int
 ) -> None:
     """Time one other solver on the dense matrix, and ours to the same PSNR."""
     weight, reached_db = tuned(problem, solver, ladder)
@@ -216,7 +223,7 @@ def main() -> None:
     parser.add_argument("--write-mat", type=Path, help="file for rows, values, truth and settings")
     arguments = parser.parse_args()
     repeats: int = arguments.repeats
-    problem = Problem.of(region=arguments.region, seed=arguments.seed)
+    problem = Comparison.of(region=arguments.region, seed=arguments.seed)
     threads = os.environ.get("OPENBLAS_NUM_THREADS", "all")
     print(f"cores {os.cpu_count()}, load {os.getloadavg()[0]:.1f}, BLAS threads {threads}; ratios hold within this run")
     height, width = problem.area.shape
@@ -246,7 +253,7 @@ def main() -> None:
     against_octave(problem, arguments.tval3, best_db, repeats)
 
 
-def against_octave(problem: Problem, folder: Path | None, best_db: float, repeats: int) -> None:
+def against_octave(problem: Comparison, folder: Path | None, best_db: float, repeats: int) -> None:
     """TVAL3 itself, where the user has it."""
     octave = shutil.which("octave-cli") or shutil.which("octave")
     if folder is None or octave is None:

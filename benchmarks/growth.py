@@ -21,7 +21,7 @@ mpl.use("Agg")
 import numpy as np
 from matplotlib import pyplot as plt
 
-from instrument.analysis import refine
+from instrument.joint import refine
 from instrument.patterns import hadamard_order
 from instrument.plan import Plan
 from instrument.reconstruction import Region, ShiftedHadamard, reconstruct

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.reconstruction import arc, diagonal, scene
-from instrument.analysis import refine
-from instrument.analysis.metrics import displacement_mse, offset_free_mse, psnr
+from instrument.joint import refine
+from instrument.numerics import displacement_mse, offset_free_mse, psnr
 from instrument.plan import Plan
 from instrument.reconstruction import reconstruct
 from instrument.tracking import Trajectory, track

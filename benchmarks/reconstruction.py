@@ -12,11 +12,12 @@ from typing import Literal
 import numpy as np
 
 from benchmarks.limits import Limits, cramer_rao
-from instrument.analysis import refine
-from instrument.analysis.metrics import displacement_mse, offset_free_mse, psnr, ssim_global, ssim_local
+from instrument.joint import refine
+from instrument.numerics import displacement_mse, offset_free_mse, psnr, ssim_global, ssim_local
 from instrument.plan import Plan
 from instrument.reconstruction import Method, reconstruct
 from instrument.recording import Recording
+from instrument.schemes import FourierHadamardSettings
 from instrument.tracking import track
 from protocols import Floats
 from sim_backends.bench.objects import BUILT_INS
@@ -97,10 +98,15 @@ class Case:
     order: Literal["tv", "hyperbolic"] = "tv"
     region: bool = True
 
+    @property
+    def plan(self) -> Plan:
+        """What is shown."""
+        scheme = FourierHadamardSettings(hadamard_order=self.order)
+        return Plan(frames=self.planned, image_size=SIZE, scheme=scheme)
+
     def run(self, path: Path2D, seed: int) -> Recording:
         """Record it."""
-        plan = Plan(frames=self.planned, image_size=SIZE, hadamard_order=self.order)
-        slower = FRAMES / self.planned
+        plan, slower = self.plan, FRAMES / self.planned
         peak = 2 * self.counts if self.counts else None
         whole = simulate(plan, scene(self.name), lambda t: path(slower * t), sigma=0.1, peak_counts=peak, seed=seed)
         return whole.first(self.used)
@@ -113,7 +119,10 @@ class Case:
 
     def limits(self, path: Path2D, degree: int) -> Limits:
         """What no tracker can be better than."""
-        plan, slower = Plan(frames=self.planned, image_size=SIZE, hadamard_order=self.order), FRAMES / self.planned
+        plan, slower = (
+            Plan(frames=self.planned, image_size=SIZE, scheme=FourierHadamardSettings(hadamard_order=self.order)),
+            FRAMES / self.planned,
+        )
         return cramer_rao(
             plan,
             scene(self.name),

@@ -9,9 +9,11 @@ from functools import partial
 
 import numpy as np
 
+from benchmarks.comparison import cut
 from benchmarks.reconstruction import FRAMES, SIZE, diagonal, scene
+from instrument.numerics import Weighted, total_variation
 from instrument.patterns import hadamard_order
-from instrument.reconstruction import Region, ShiftedHadamard, Weighted, total_variation
+from instrument.reconstruction import Region, ShiftedHadamard
 from protocols import Singles
 
 
@@ -40,7 +42,7 @@ def main() -> None:
     for name, region in (("full field", Region.whole(SIZE)), ("region", Region.inside(places, SIZE))):
         rows = ShiftedHadamard.single(pairs, places, SIZE, region)
         whitened = Weighted(rows, weight)
-        part = region.cut(scene("letter-B")).astype(np.float32).ravel()
+        part = cut(scene("letter-B"), region).astype(np.float32).ravel()
         seen = whitened.matvec(part) + rng.standard_normal(FRAMES).astype(np.float32)
 
         def products(rows: ShiftedHadamard = rows, part: Singles = part, seen: Singles = seen) -> None:

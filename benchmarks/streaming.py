@@ -14,10 +14,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from instrument.acquisition import AlignedBlock
-from instrument.analysis.metrics import psnr
 from instrument.live import LiveAnalysis, LiveLine, LiveUpdate
+from instrument.numerics import psnr
 from instrument.plan import Plan
 from instrument.recording import Recording
+from instrument.schemes import FourierHadamardSettings
 from instrument.tracking import StreamingTracker
 from protocols import Floats, MonotonicClock
 from sim_backends.bench.objects import BUILT_INS
@@ -49,7 +50,7 @@ def standard_run(seed: int, shuffle_seed: int | None) -> Recording:
     image = np.zeros((128, 128))
     letter = BUILT_INS["letter-B"](36).cells
     image[12 : 12 + letter.shape[0], 14 : 14 + letter.shape[1]] = letter
-    plan = Plan(frames=1666, shuffle_seed=shuffle_seed)
+    plan = Plan(frames=1666, scheme=FourierHadamardSettings(shuffle_seed=shuffle_seed))
 
     def path(time_s: Floats) -> Floats:
         way = (time_s + time_s**2) / 0.75

@@ -191,13 +191,13 @@ class Instrument:
                     self._devices,
                     sink,
                     patterns=sequence.n_patterns,
-                    patterns_per_frame=scheme.patterns_per_frame,
+                    patterns_per_frame=plan.patterns_per_frame,
                 )
                 motion = outcome.motion
                 if outcome.report.patterns_recorded:
                     recorded = outcome.report.patterns_recorded
                     kept = f"{recorded} of {sequence.n_patterns} patterns are kept in {path}"
-                    self._finish(writer, outcome, timing, scheme.patterns_per_frame)
+                    self._finish(writer, outcome, timing, plan.patterns_per_frame)
                 elif outcome.report.bins_received:
                     kept = (
                         f"no pattern could be told apart; {outcome.report.bins_received} raw counts are kept in {path}"

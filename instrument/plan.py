@@ -1,16 +1,34 @@
 """The acquisition as a frozen value: compare it, store it, check it, run it."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
-from typing import Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt, field_validator, model_validator
+from pydantic import (
+    Field,
+    NonNegativeFloat,
+    PlainValidator,
+    PositiveFloat,
+    PositiveInt,
+    SerializeAsAny,
+    field_validator,
+    model_validator,
+)
 
-from instrument.config.load import load_model
+from instrument.config import (
+    DEFAULT_SCHEME,
+    ConfigError,
+    SchemeSettings,
+    check_table,
+    read_document,
+    scheme_problems,
+    settings_of,
+)
 from protocols import Frozen, MotionProfile, PixelGrid
 
-_PATTERNS_PER_FRAME = {"fourier-hadamard": 6}
-"""Of each scheme."""
+_ONCE_OF_THE_PLAN = ("upsampling", "fourier_cycles", "hadamard_order", "shuffle_seed")
+"""Keys that stood beside ``scheme`` in recordings of version 0.1."""
 
 
 class MotionPlan(Frozen):
@@ -62,8 +80,10 @@ class MotionPlan(Frozen):
 class Plan(Frozen):
     """One run: what is shown, how often, how fast, and how the object moves meanwhile."""
 
-    scheme: Literal["fourier-hadamard"] = "fourier-hadamard"
-    """What one frame shows and how its values decode."""
+    scheme: Annotated[SerializeAsAny[SchemeSettings], PlainValidator(settings_of)] = Field(
+        default_factory=lambda: settings_of(DEFAULT_SCHEME)
+    )
+    """What one frame shows and how its values decode: the scheme's name, and its own settings in a table."""
 
     frames: PositiveInt
     """Frames in the run; one displacement each."""
@@ -77,18 +97,6 @@ class Plan(Frozen):
     superpixel: PositiveInt = 2
     """Mirrors a side of one image pixel."""
 
-    upsampling: PositiveInt = 1
-    """Dithering samples a side of one image pixel, for the Fourier patterns. Must divide ``superpixel``."""
-
-    fourier_cycles: PositiveInt = 2
-    """Periods of the Fourier patterns across the field: f = cycles / m. Motion is unambiguous within m / (2 cycles)."""
-
-    hadamard_order: Literal["tv", "hyperbolic", "natural"] = "tv"
-    """In which order Hadamard patterns are taken: ascending c_i + c_j, ascending (c_i + 1)(c_j + 1), or Sylvester's."""
-
-    shuffle_seed: int | None = Field(default=None, ge=0)
-    """Shuffle the chosen Hadamard patterns in time by this seed: better early images. None keeps the order."""
-
     brightest_counts: PositiveFloat | None = None
     """Counts of the brightest pattern that you expect, for the check against dead time. None skips it."""
 
@@ -99,12 +107,9 @@ class Plan(Frozen):
     def _consistent(self) -> Self:
         if self.image_size < 8 or self.image_size & (self.image_size - 1):
             raise ValueError(f"image_size is {self.image_size}: Hadamard patterns need a power of two, 8 or more")
-        if self.superpixel % self.upsampling:
-            raise ValueError(f"upsampling is {self.upsampling}: it must divide superpixel = {self.superpixel}")
-        if 2 * self.fourier_cycles >= self.image_size:
-            raise ValueError(f"fourier_cycles is {self.fourier_cycles}: it must be below image_size / 2")
         if self.pattern_rate_hz > 1e6:
             raise ValueError(f"pattern_rate_hz is {self.pattern_rate_hz:g}: at most 1e6, one microsecond a picture")
+        self.scheme.check(self.image_size, self.superpixel)
         return self
 
     @property
@@ -120,7 +125,7 @@ class Plan(Frozen):
     @property
     def patterns_per_frame(self) -> int:
         """Patterns in one frame of the scheme."""
-        return _PATTERNS_PER_FRAME[self.scheme]
+        return self.scheme.patterns_per_frame
 
     @property
     def patterns(self) -> int:
@@ -137,11 +142,6 @@ class Plan(Frozen):
         """From the first pattern to the end of the last, the guard picture not counted."""
         return self.frames * self.frame_time_s
 
-    @property
-    def frequency_per_px(self) -> float:
-        """Spatial frequency f of the Fourier patterns, cycles a pixel."""
-        return self.fourier_cycles / self.image_size
-
     def grid(self, columns: int = 1024, rows: int = 768) -> PixelGrid:
         """The image field, centred on a modulator of that many mirrors."""
         return PixelGrid(image_size=self.image_size, superpixel=self.superpixel, columns=columns, rows=rows)
@@ -153,9 +153,24 @@ class Plan(Frozen):
         Raises:
             ConfigError: every mistake in the file at once, with line and suggestion.
         """
-        return load_model(cls, Path(path))
+        document = read_document(Path(path))
+        problems = scheme_problems(document)
+        values = {key: value for key, value in document.values.items() if key != "scheme" or not problems}
+        plan, others = check_table(cls, values, document)
+        of_scheme = type(settings_of(DEFAULT_SCHEME)).model_fields
+        problems += [
+            replace(other, suggestion="move it into a [scheme] table") if other.key in of_scheme else other
+            for other in others
+        ]
+        if plan is None or problems:
+            raise ConfigError(document.path, problems)
+        return plan
 
     @classmethod
     def from_json(cls, text: str) -> Self:
-        """The plan as a recording stores it."""
-        return cls.model_validate(json.loads(text))
+        """Read the plan as a recording stores it; one by version 0.1 has the scheme's settings among its own."""
+        values: dict[str, Any] = json.loads(text)
+        once = {key: values.pop(key) for key in _ONCE_OF_THE_PLAN if key in values}
+        if once and isinstance(values.get("scheme"), str):
+            values["scheme"] = {"name": values["scheme"], **once}
+        return cls.model_validate(values)

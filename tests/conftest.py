@@ -4,7 +4,7 @@ from collections.abc import Generator
 
 import pytest
 
-from instrument.threads import one_blas_thread
+from instrument.numerics.blas import one_blas_thread
 
 
 @pytest.fixture(scope="session", autouse=True)

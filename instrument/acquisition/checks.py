@@ -4,7 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from instrument.plan import Plan
+from instrument.schemes import scheme_of
 from protocols import (
     CounterLimits,
     KinopixError,
@@ -202,16 +205,21 @@ def _motion(plan: Plan, stage: LinearStage) -> list[Check]:
 
 
 def _displacement(plan: Plan, px_per_mm: float | None) -> Check:
-    """The phase is unambiguous within half a period, m / (2 cycles), from frame to frame (the paper, equation 6)."""
-    range_px = plan.image_size / (2 * plan.fourier_cycles)
+    """A periodic position is unambiguous within half a period from frame to frame (the paper, equation 6)."""
+    position = scheme_of(plan).position
+    if position is None:
+        if plan.motion is None:
+            return _good("displacement", f"{plan.scheme.name} sees none; the stage does not move")
+        message = f"{plan.scheme.name} sees no displacement, and the plan moves the stage"
+        return Check("displacement", "warning", message)
+    range_px = np.inf if position.period_px is None else position.period_px / 2
+    within = "unambiguous everywhere" if position.period_px is None else f"unambiguous within {range_px:g} px a frame"
     if plan.motion is None:
-        return _good("displacement", f"unambiguous within {range_px:g} px a frame; the stage does not move")
+        return _good("displacement", f"{within}; the stage does not move")
     if px_per_mm is None:
-        return _good(
-            "displacement", f"unambiguous within {range_px:g} px a frame; px_per_mm of the bench is not stated"
-        )
+        return _good("displacement", f"{within}; px_per_mm of the bench is not stated")
     step_px = abs(plan.motion.velocity_mm_s) * px_per_mm * plan.frame_time_s
-    message = f"{step_px:.3g} px a frame, unambiguous within {range_px:g} px"
+    message = f"{step_px:.3g} px a frame, {within.removesuffix(' a frame')}"
     if step_px >= range_px:
         error = PlanError(
             saw=message,
@@ -235,6 +243,6 @@ def _run_length(plan: Plan, limits: CounterLimits) -> Check:
             remedy="record fewer frames a run",
         )
         return _error("run length", error)
-    if plan.frames > plan.image_size**2:
+    if scheme_of(plan).image_rows is not None and plan.frames > plan.image_size**2:
         return Check("run length", "warning", f"{message}; Hadamard patterns repeat after {plan.image_size**2} frames")
     return _good("run length", message)

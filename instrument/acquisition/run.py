@@ -9,7 +9,7 @@ import numpy as np
 from instrument.acquisition.alignment import AlignedBlock, Aligner
 from instrument.acquisition.audit import TimingAudit
 from instrument.plan import Plan
-from instrument.timing import TimingReport
+from instrument.recording.timing import TimingReport
 from protocols import (
     Clock,
     CountBlock,

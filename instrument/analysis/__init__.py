@@ -1,7 +1,6 @@
-"""What needs motion and image at once: joint refinement, figures of merit, and the whole way from recording to figures."""
+"""The whole way from a recording to its figures."""
 
-from instrument.analysis.figures import Figures, figures_of
-from instrument.analysis.joint import Refined, refine
-from instrument.analysis.pipeline import Analysis, Tracking, analyse
+from instrument.analysis.analyse import Analysis, OnStep, Tracking, analyse
+from instrument.analysis.merit import Figures, figures_of
 
-__all__ = ["Analysis", "Figures", "Refined", "Tracking", "analyse", "figures_of", "refine"]
+__all__ = ["Analysis", "Figures", "OnStep", "Tracking", "analyse", "figures_of"]

@@ -79,15 +79,17 @@ def analysed(recording: Recording, tracking: Tracking, method: Method) -> Analys
 
 def store(file: Path, recording: Recording, analysis: Analysis) -> None:
     """Write an analysis into its recording; frames that were left out at the end are NaN there."""
+    path = analysis.trajectory
     write_analysis(
         file,
-        displacement_px=analysis.padded(analysis.trajectory.displacement_px, len(recording)),
-        sigma_px=analysis.padded(analysis.trajectory.sigma_px, len(recording)),
+        displacement_px=None if path is None else analysis.padded(path.displacement_px, len(recording)),
+        sigma_px=None if path is None else analysis.padded(path.sigma_px, len(recording)),
         image=analysis.image,
         table=analysis.figures.model_dump(mode="json"),
         settings={
             "tracking": analysis.tracking,
-            "method": analysis.reconstruction.method,
+            "method": None if analysis.reconstruction is None else analysis.reconstruction.method,
+            "refinements": analysis.refinements,
             "frames": analysis.figures.frames,
         },
     )

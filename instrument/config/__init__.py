@@ -1,6 +1,7 @@
 """TOML files into checked models, and plug-ins by name."""
 
 from instrument.config.bench import BenchConfig, OnAbort, Resolved, ResolvedBench, ResolvedDevice, load_bench
+from instrument.config.check import check_table
 from instrument.config.discovery import (
     InstalledPlugin,
     PluginBroken,
@@ -11,10 +12,20 @@ from instrument.config.discovery import (
     installed_plugins,
     list_plugins,
 )
+from instrument.config.document import read_document
 from instrument.config.errors import ConfigError, Problem
 from instrument.config.load import load_model
+from instrument.config.scheme_table import (
+    DEFAULT_SCHEME,
+    SchemePlugin,
+    SchemeSettings,
+    scheme_plugin,
+    scheme_problems,
+    settings_of,
+)
 
 __all__ = [
+    "DEFAULT_SCHEME",
     "BenchConfig",
     "ConfigError",
     "InstalledPlugin",
@@ -27,9 +38,16 @@ __all__ = [
     "Resolved",
     "ResolvedBench",
     "ResolvedDevice",
+    "SchemePlugin",
+    "SchemeSettings",
+    "check_table",
     "find_plugin",
     "installed_plugins",
     "list_plugins",
     "load_bench",
     "load_model",
+    "read_document",
+    "scheme_plugin",
+    "scheme_problems",
+    "settings_of",
 ]

@@ -89,9 +89,9 @@ class _Place:
     def broken_rule(self, path: KeyPath, message: str) -> tuple[KeyPath, str, str, str]:
         """A validator of the model's own; its message may begin with the key that it is about."""
         message = message.removeprefix("Value error, ")
-        about = message.split(maxsplit=1)[0]
-        if about in self.keys_beside((*path, about)):
-            path = (*path, about)
+        about = tuple(message.split(maxsplit=1)[0].split("."))
+        if self.value((*path, *about)) is not None:
+            path = (*path, *about)
         return path, _shown(self.value(path)), "another value", message
 
     def unknown_key(self, path: KeyPath) -> tuple[str, str, str]:

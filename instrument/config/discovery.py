@@ -1,4 +1,4 @@
-"""Plug-ins by name: drivers, transports and scenes that any installed distribution offers as entry points.
+"""Plug-ins by name: drivers, transports, scenes and schemes that any installed distribution offers as entry points.
 
 Nothing is skipped and nothing is replaced: a plug-in that is missing or broken is an error that says so.
 """
@@ -6,28 +6,46 @@ Nothing is skipped and nothing is replaced: a plug-in that is missing or broken 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any, Literal, TypeAlias, cast, get_args
+from typing import Any, Literal, Protocol, TypeAlias, cast, get_args
 
 from pydantic import BaseModel
 
 from instrument.config.suggest import suggest_value
 from protocols import Availability, DriverPlugin, InputError, ScenePlugin, TransportPlugin
 
-PluginKind: TypeAlias = Literal["modulator", "counter", "stage", "transport", "scene"]
+PluginKind: TypeAlias = Literal["modulator", "counter", "stage", "transport", "scene", "scheme"]
 """What a plug-in is; its entry point group is ``kinopix.`` and the plural."""
 
-Plugin: TypeAlias = DriverPlugin[Any, Any] | TransportPlugin[Any] | ScenePlugin[Any]
+
+class Plugin(Protocol):
+    """What plug-ins of every kind have in common."""
+
+    @property
+    def summary(self) -> str:
+        """One line for ``kinopix drivers``."""
+        ...
+
+    @property
+    def settings(self) -> type[BaseModel]:
+        """Model of the plug-in's own keys."""
+        ...
+
 
 RESERVED_KEYS = ("driver", "transport", "emulator", "on_abort", "px_per_mm")
 """Keys of a device table of bench.toml that belong to the framework, so that no driver's settings may use them."""
 
-_TYPES: dict[PluginKind, type[Plugin]] = {
+_TYPES: dict[PluginKind, type] = {
     "modulator": DriverPlugin,
     "counter": DriverPlugin,
     "stage": DriverPlugin,
     "transport": TransportPlugin,
     "scene": ScenePlugin,
 }
+
+
+def register_plugin_type(kind: PluginKind, wanted: type) -> None:
+    """State of which type the plug-ins of a kind are; for kinds whose type stands on a higher floor than this module."""
+    _TYPES[kind] = wanted
 
 
 class PluginMissing(InputError):
@@ -76,7 +94,7 @@ class InstalledPlugin:
         wanted: type = _TYPES[self.kind]
         if not isinstance(found, wanted):
             saw = f"{self.entry_point.value} of type {type(found).__name__}"
-            raise self._broken(saw, f"a protocols.{wanted.__name__}")
+            raise self._broken(saw, f"a {wanted.__module__.split('.')[0]}.{wanted.__name__}")
         plugin = cast("Plugin", found)
         self._check_settings(plugin.settings)
         return plugin
@@ -99,7 +117,7 @@ class InstalledPlugin:
                 f"settings {settings.__name__} that ignore keys they do not know",
                 "settings that forbid them, such as a protocols.Frozen",
             )
-        if self.kind in {"transport", "scene"}:
+        if self.kind in {"transport", "scene", "scheme"}:
             return
         for key in RESERVED_KEYS:
             if key in settings.model_fields:

@@ -5,13 +5,11 @@ from typing import Final
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from instrument.light import corrected_values
+from instrument.measurement import ImageValues, noise_variance
+from instrument.numerics import CORNERS, Operator, TvState, Weighted, total_variation
 from instrument.plan import Plan
-from instrument.reconstruction import Operator, Region, ShiftedHadamard, TvState, Weighted, total_variation
-from instrument.reconstruction.rows import NEGATIVE, POSITIVE
-from instrument.reconstruction.tv_steps import CORNERS
-from instrument.recording import Recording
-from instrument.schemes import scheme_of
+from instrument.reconstruction import Region, ShiftedHadamard
+from instrument.schemes import image_rows_of, scheme_of
 from protocols import Floats, InputError, Integers, Singles
 
 FEWEST_ROWS: Final = 16
@@ -25,8 +23,7 @@ _BURST_LIMITS = (6, 60)
 _TOLERANCE = 0.02  # at which a burst ends early
 _POLISH = (20, 60)  # iterations without and with edges freed
 _FROM_NOTHING = 150  # iterations of an image that had no earlier ones
-_AFTER_MIDDLE_FRAMES = (np.array([POSITIVE, NEGATIVE]) + 0.5) / 6 - 0.5  # of H+ and H-
-_SAME_PLACE_PX = 0.05  # rms way from H+ to H- below which one row does for both: half the work
+_SAME_PLACE_PX = 0.05  # rms distance from H+ to H- below which one row does for both: half the work
 _LIGHT_FRAMES = 25  # over which the total light is averaged
 _LEAST_NOISE = 5e-3  # of the rms value: with less, the solver would take many solutions to explain every digit
 _ABOVE = 1.05  # the power method approaches the largest eigenvalue from below
@@ -39,7 +36,7 @@ class ProgressiveImager:
     Memory is constant: it keeps one frame, the newest, of each of the first ``max_rows`` Hadamard patterns in play order. A
     longer run renews them when the patterns come again; frames of other patterns only count. (The newest frames of a long run
     would be of fine patterns alone, and show nothing.) The structured rows are built anew for
-    each burst of iterations (1 to 2 ms), so that the region shrinks as the way becomes known; the solver goes on from
+    each burst of iterations (1 to 2 ms), so that the region shrinks as the path becomes known; the solver goes on from
     where it was.
 
     All values count as equally noisy, as they nearly are when each pattern lets half of the light through; neither dead time nor
@@ -54,7 +51,7 @@ class ProgressiveImager:
             max_rows: patterns kept; None takes an eighth of all Hadamard patterns, 2,048 for an image of 128 pixels a side.
 
         Raises:
-            InputError: too few rows for an image.
+            InputError: too few rows for an image, or a scheme without one.
         """
         patterns = plan.image_size**2
         room = max(FEWEST_ROWS, round(_KEPT_SHARE * patterns)) if max_rows is None else max_rows
@@ -64,9 +61,13 @@ class ProgressiveImager:
         self._plan = plan
         self._patterns = min(plan.frames, patterns)
         one_cycle = plan.model_copy(update={"frames": self._patterns})
-        self._order = scheme_of(one_cycle).order[:room].copy()
+        self._scheme = scheme_of(one_cycle)
+        rows = image_rows_of(self._scheme)
+        columns = self._scheme.columns
+        self._after_middle_frames = [columns[k].after_middle_frames for k in (rows.positive, rows.negative)]
+        self._pairs = rows.pairs[:room].copy()
         self._frame = np.full(room, -1)  # -1: not yet
-        self._values = np.zeros((room, 6))
+        self._values = np.zeros((room, len(columns)))
         self._places_px = np.zeros((room, 2, 2))  # of H+ and H-, x and y
         self._settled_rows = min(room, _SETTLED_SHARE * patterns)
         self._seen = 0
@@ -99,7 +100,7 @@ class ProgressiveImager:
     @property
     def nbytes(self) -> int:
         """Memory of what is kept between bursts."""
-        kept = sum(array.nbytes for array in (self._order, self._frame, self._values, self._places_px))
+        kept = sum(array.nbytes for array in (self._pairs, self._frame, self._values, self._places_px))
         if self._state is None or self._direction is None:
             return kept
         return kept + self._state.image.nbytes + self._state.dual.nbytes + self._direction.nbytes
@@ -108,16 +109,17 @@ class ProgressiveImager:
         """Take the next frames; those that were not measured (NaN) only count.
 
         Args:
-            values: ``(n, 6)`` in play order.
+            values: ``(n, patterns_per_frame)`` in play order.
             displacement_px: ``(n, 2)`` x, y in the middle of each frame, relative to frame 0, as ``StreamingTracker`` gives it.
 
         Raises:
             InputError: other shapes.
         """
-        if values.shape != (len(values), 6) or displacement_px.shape != (len(values), 2):
+        patterns = self._values.shape[1]
+        if values.shape != (len(values), patterns) or displacement_px.shape != (len(values), 2):
             raise InputError(
                 saw=f"values of shape {values.shape} and displacements of shape {displacement_px.shape}",
-                expected="(n, 6) and (n, 2)",
+                expected=f"(n, {patterns}) and (n, 2)",
                 remedy="add whole frames, with one displacement each",
             )
         if not len(values):
@@ -130,7 +132,7 @@ class ProgressiveImager:
         here = frame[good] % self._patterns
         self._frame[here] = frame[good]
         self._values[here] = values[good]
-        for pattern, after_frames in enumerate(_AFTER_MIDDLE_FRAMES):
+        for pattern, after_frames in enumerate(self._after_middle_frames):
             self._places_px[here, pattern] = displacement_px[good] + after_frames * velocity_px[good]
 
     def improve(self, iterations: int | None = None, *, effort: float = 1.0) -> Floats | None:
@@ -192,10 +194,10 @@ class ProgressiveImager:
 
     def _velocity(self, displacement_px: Floats) -> Floats:
         """``(n, 2)`` px a frame: the smaller of the last two steps, 0 where they disagree; so a jump is no velocity."""
-        way_px = np.concatenate([self._last_px, displacement_px])
-        way_px = np.pad(way_px, ((2 - len(self._last_px), 0), (0, 0)), mode="edge")
-        self._last_px = way_px[-2:].copy()
-        steps_px = np.diff(way_px, axis=0)
+        path_px = np.concatenate([self._last_px, displacement_px])
+        path_px = np.pad(path_px, ((2 - len(self._last_px), 0), (0, 0)), mode="edge")
+        self._last_px = path_px[-2:].copy()
+        steps_px = np.diff(path_px, axis=0)
         before, after = steps_px[:-1], steps_px[1:]
         slower: Floats = np.where(np.abs(before) < np.abs(after), before, after)
         return np.where(before * after > 0, slower, 0.0)
@@ -210,21 +212,30 @@ class ProgressiveImager:
     def _whitened(self, newest_last: Integers, region: Region, *, steady_object: bool) -> tuple[Weighted, Singles]:
         """Rows and values of the differences I_H+ - I_H-, over their noise."""
         kept = self._values[newest_last]
-        everything = np.ones(len(kept), np.bool_)
-        values, variance = corrected_values(Recording(self._plan, kept, everything, self._plan.picture_time_s))
-        floor = (_LEAST_NOISE * float(np.sqrt(np.mean(np.square(values))))) ** 2 + 1e-30
-        sigma = np.sqrt(np.maximum(variance[:, POSITIVE] + variance[:, NEGATIVE], 2 * floor))
-        difference = values[:, POSITIVE] - values[:, NEGATIVE]
+        weights = self._scheme.light_weights
+        floor = (_LEAST_NOISE * float(np.sqrt(np.mean(np.square(kept))))) ** 2
+        variance = max(noise_variance(kept, weights, np.ones(len(kept), np.bool_)), floor)
+        lamp = np.ones(len(kept))
         if steady_object:
-            total = uniform_filter1d(values[:, POSITIVE] + values[:, NEGATIVE], _LIGHT_FRAMES, mode="nearest")
-            light = np.maximum(total / max(float(total.mean()), 1e-30), 1e-3)
-            difference, sigma = difference / light, sigma / light
+            total = uniform_filter1d(kept @ weights, _LIGHT_FRAMES, mode="nearest")
+            lamp = np.maximum(total / max(float(total.mean()), 1e-30), 1e-3)
+        values = ImageValues.of(
+            self._scheme,
+            frame=self._frame[newest_last],
+            pairs=self._pairs[newest_last],
+            values=kept,
+            variance=np.full_like(kept, variance),
+            time_s=np.zeros_like(kept),
+            lamp=lamp,
+            size=self._plan.image_size,
+            photon_counts=False,
+        )
         places_px = self._places_px[newest_last]
         if float(np.sqrt(np.mean(np.diff(places_px, axis=1) ** 2))) <= _SAME_PLACE_PX:
             places_px[:] = places_px.mean(axis=1, keepdims=True)
-        pairs = self._order[newest_last]
-        rows = ShiftedHadamard.differential(pairs, places_px[:, 0], places_px[:, 1], self._plan.image_size, region)
-        return Weighted(rows, (1 / sigma).astype(np.float32)), (difference / sigma).astype(np.float32)
+        rows = ShiftedHadamard.differential(values.pairs, places_px[:, 0], places_px[:, 1], values.size, region)
+        sigma = values.difference_sigma
+        return Weighted(rows, (1 / sigma).astype(np.float32)), (values.difference / sigma).astype(np.float32)
 
     def _start(self, rows: Operator, region: Region) -> TvState | None:
         """The last burst's end as this one's start, in the new region and with the new rows' eigenvalue; None without light."""

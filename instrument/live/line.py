@@ -58,6 +58,8 @@ class LiveUpdate:
 class LiveLine:
     """Follows every frame it is given, and makes the images that are due if there is time for them.
 
+    An object whose scheme sees no position is taken as at rest; a scheme without an image gives none.
+
     One image is due for each ``image_interval_s`` of stream. Images that are due when newer data come are skipped and counted:
     ``images + images_skipped + images_due`` is what the stream asked for.
     """
@@ -70,9 +72,11 @@ class LiveLine:
             image_interval_s: stream time from image to image; at least one frame.
             max_rows: as in ``ProgressiveImager``.
         """
-        self._frames = FrameAssembler(scheme_of(plan).patterns_per_frame, plan.frames)
-        self._tracker = StreamingTracker(plan)
-        self._imager = ProgressiveImager(plan, max_rows=max_rows)
+        scheme = scheme_of(plan)
+        self._frames = FrameAssembler(plan.patterns_per_frame, plan.frames)
+        self._tracker = StreamingTracker(plan) if scheme.position is not None else None
+        self._imager = ProgressiveImager(plan, max_rows=max_rows) if scheme.image_rows is not None else None
+        self._followed = 0
         self._frames_an_image = max(1, round(image_interval_s / plan.frame_time_s))
         self._new_px: list[Floats] = []
         self._run_frames = plan.frames
@@ -88,13 +92,13 @@ class LiveLine:
     @property
     def complete(self) -> bool:
         """Whether all frames of the plan have come."""
-        return self._imager.frames >= self._run_frames
+        return self._followed >= self._run_frames
 
     @property
     def counters(self) -> LiveCounters:
         """What was done so far."""
         return LiveCounters(
-            frames=self._imager.frames,
+            frames=self._followed,
             frames_dropped=self._frames.frames_dropped,
             images=self._images,
             images_skipped=self._skipped,
@@ -102,13 +106,17 @@ class LiveLine:
 
     def take(self, blocks: Sequence[AlignedBlock]) -> None:
         """Follow the object through all frames of these blocks."""
-        before = self._imager.frames
+        before = self._followed
         for block in blocks:
             for values in self._frames.whole(block):
-                displacement_px = self._tracker.push(values)
-                self._imager.add(values, displacement_px)
+                displacement_px = np.zeros((len(values), 2)) if self._tracker is None else self._tracker.push(values)
+                if self._imager is not None:
+                    self._imager.add(values, displacement_px)
+                self._followed += len(values)
                 self._new_px.append(displacement_px)
-        newly_due = self._imager.frames // self._frames_an_image - before // self._frames_an_image
+        if self._imager is None:
+            return
+        newly_due = self._followed // self._frames_an_image - before // self._frames_an_image
         if newly_due:
             self._skipped += self._due
             self._due = newly_due
@@ -116,7 +124,7 @@ class LiveLine:
     def improve(self, effort: float = 1.0) -> LiveUpdate:
         """Make one image that is due, with more or less effort; where there are too few frames for one, it is skipped."""
         self._due -= 1
-        image = self._imager.improve(effort=effort)
+        image = None if self._imager is None else self._imager.improve(effort=effort)
         if image is None:
             self._skipped += 1
         else:
@@ -127,9 +135,9 @@ class LiveLine:
         """Skip what is still due and polish the image of all frames kept."""
         self._skipped += self._due
         self._due = 0
-        return self._update(self._imager.polish(), final=True)
+        return self._update(None if self._imager is None else self._imager.polish(), final=True)
 
     def _update(self, image: Floats | None, *, final: bool = False) -> LiveUpdate:
         new_px = np.concatenate(self._new_px) if self._new_px else np.zeros((0, 2))
         self._new_px.clear()
-        return LiveUpdate(self._imager.frames, new_px, image, self.counters, final)
+        return LiveUpdate(self._followed, new_px, image, self.counters, final)

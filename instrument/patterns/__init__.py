@@ -2,6 +2,17 @@
 
 from instrument.patterns.dither import floyd_steinberg
 from instrument.patterns.fourier import fourier_pattern, fringe
-from instrument.patterns.hadamard import hadamard_order, hadamard_signs, walsh_matrix
+from instrument.patterns.hadamard import HadamardOrder, hadamard_order, hadamard_signs, walsh_matrix
+from instrument.patterns.moment import moment_pattern, ramp
 
-__all__ = ["floyd_steinberg", "fourier_pattern", "fringe", "hadamard_order", "hadamard_signs", "walsh_matrix"]
+__all__ = [
+    "HadamardOrder",
+    "floyd_steinberg",
+    "fourier_pattern",
+    "fringe",
+    "hadamard_order",
+    "hadamard_signs",
+    "moment_pattern",
+    "ramp",
+    "walsh_matrix",
+]

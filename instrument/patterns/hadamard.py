@@ -5,7 +5,6 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import hadamard
 
 from protocols import Integers
 
@@ -79,7 +78,13 @@ def hadamard_signs(size: int, pairs: Integers) -> Signs:
 
 
 def _natural(size: int) -> Signs:
-    return hadamard(size, dtype=np.int8)
+    """Sylvester's matrix: H_2n is H_n four times, its lower right quarter with the other sign."""
+    if size < 1 or size & (size - 1):
+        raise ValueError(f"size is {size}: Hadamard matrices are made for powers of two")
+    matrix = np.ones((1, 1), np.int8)
+    while len(matrix) < size:
+        matrix = np.block([[matrix, matrix], [matrix, -matrix]])
+    return matrix
 
 
 def _sign_changes(size: int) -> Integers:

@@ -1,25 +1,32 @@
 """The image of an object that moved: structured rows, total variation, ghost imaging, inverse transform."""
 
-from instrument.reconstruction.conventional import inverse_hadamard
+from instrument.reconstruction.conventional import inverse_hadamard, inverse_walsh
+from instrument.reconstruction.correlation import FixedPatterns
 from instrument.reconstruction.dgi import ghost_image
-from instrument.reconstruction.operator import Operator, ShiftedHadamard, Weighted
-from instrument.reconstruction.reconstruct import Method, Reconstruction, reconstruct
+from instrument.reconstruction.methods import METHODS, ImageMethod, Method, Solution, Solver, method_of
+from instrument.reconstruction.problem import Places, Problem
+from instrument.reconstruction.reconstruct import Reconstruction, reconstruct
 from instrument.reconstruction.region import Region
-from instrument.reconstruction.tv import TvState, total_variation
-from instrument.reconstruction.tval3 import AlState, tv_augmented_lagrangian
+from instrument.reconstruction.shifted_hadamard import ShiftedHadamard
+from instrument.reconstruction.walsh_rows import walsh_changes, walsh_rows
 
 __all__ = [
-    "AlState",
+    "METHODS",
+    "FixedPatterns",
+    "ImageMethod",
     "Method",
-    "Operator",
+    "Places",
+    "Problem",
     "Reconstruction",
     "Region",
     "ShiftedHadamard",
-    "TvState",
-    "Weighted",
+    "Solution",
+    "Solver",
     "ghost_image",
     "inverse_hadamard",
+    "inverse_walsh",
+    "method_of",
     "reconstruct",
-    "total_variation",
-    "tv_augmented_lagrangian",
+    "walsh_changes",
+    "walsh_rows",
 ]

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from instrument.patterns import walsh_matrix
-from instrument.patterns.hadamard import HadamardOrder, hadamard_order
+from instrument.patterns import HadamardOrder, hadamard_order, walsh_matrix
 from protocols import Floats, Integers
 
 

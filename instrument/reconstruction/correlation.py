@@ -10,8 +10,7 @@ from scipy import fft
 from scipy.sparse import csr_array
 
 from instrument.reconstruction.region import Region
-from instrument.schemes import FourierHadamard
-from protocols import Floats, Integers, Singles
+from protocols import Bytes, Floats, Integers, Singles
 
 Pair: TypeAlias = tuple[Integers, Integers]
 
@@ -34,17 +33,18 @@ class FixedPatterns:
     """Of the maps: 2 size for all displacements, less where few are needed."""
 
     @classmethod
-    def of(cls, scheme: FourierHadamard, region: Region, places_px: Floats | None = None) -> Self:
-        """The binary Fourier patterns of a scheme, their dithering included.
+    def of(cls, patterns: Bytes, size: int, region: Region, places_px: Floats | None = None) -> Self:
+        """Prepare binary patterns as they were shown, dithering included.
 
         Args:
-            scheme: whose patterns.
+            patterns: ``(n, samples, samples)`` of 0 and 1, samples a multiple of ``size``.
+            size: pixels a side of the field.
             region: of the image.
             places_px: ``(..., 2)`` x, y: all displacements that will be asked for; where the region stays inside the field at
                 all of them, maps are a quarter as large.
         """
-        size, finer = scheme.plan.image_size, scheme.plan.upsampling
-        samples = scheme.fourier.reshape(-1, size, finer, size, finer)
+        finer = patterns.shape[-1] // size
+        samples = patterns.reshape(-1, size, finer, size, finer)
         inside = False
         if places_px is not None:
             every_px = places_px.reshape(-1, 2)

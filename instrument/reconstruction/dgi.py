@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from instrument.reconstruction.operator import Operator
+from instrument.numerics import Operator
 from protocols import Singles
 
 

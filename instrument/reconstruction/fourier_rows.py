@@ -6,6 +6,7 @@ of all that goes as a constant, a cosine and a sine of the object's phase; what 
 a fixed binary noise, drawn across the object by its own motion.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,16 +30,19 @@ class FourierRows:
     """``(n, frames, 3)``: orthonormal series that are taken off."""
 
     @classmethod
-    def of(cls, fixed: FixedPatterns, places_px: Floats, sigma: Floats, frequency_per_px: float) -> "FourierRows":
+    def of(
+        cls, fixed: FixedPatterns, places_px: Floats, sigma: Floats, frequency_per_px: float, axes: Sequence[int]
+    ) -> "FourierRows":
         """Prepare.
 
         Args:
-            fixed: of two patterns along x and two along y.
-            places_px: ``(frames, 4, 2)`` x, y: of the object during each.
-            sigma: ``(frames, 4)``: noise of the values.
+            fixed: n fringes.
+            places_px: ``(frames, n, 2)`` x, y: of the object during each.
+            sigma: ``(frames, n)``: noise of the values.
             frequency_per_px: of the fringes.
+            axes: along which axis each fringe varies: 0 for x, 1 for y.
         """
-        along = np.stack([places_px[:, 0, 0], places_px[:, 1, 0], places_px[:, 2, 1], places_px[:, 3, 1]])
+        along = np.stack([places_px[:, column, axis] for column, axis in enumerate(axes)])
         angle = 2 * np.pi * frequency_per_px * along
         series = np.stack([np.ones_like(angle), np.cos(angle), np.sin(angle)], axis=-1) / sigma.T[..., None]
         grey, _ = np.linalg.qr(series)

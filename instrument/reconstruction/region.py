@@ -35,7 +35,7 @@ class Region:
             size: pixels a side of the field.
 
         Raises:
-            InputError: so long a way leaves no room for an object.
+            InputError: so long a distance leaves no room for an object.
         """
         low = np.maximum(0.0, -displacement_px.min(axis=0))
         high = size - np.maximum(0.0, displacement_px.max(axis=0))
@@ -57,10 +57,6 @@ class Region:
     def room(self, size: int) -> tuple[int, int]:
         """Pixels of a field of ``size`` a side right of this region, and below it."""
         return size - self.left - self.width, size - self.top - self.height
-
-    def cut(self, image: Floats) -> Floats:
-        """Give the part of ``image`` (``(size, size)``) inside this region."""
-        return image[self.top : self.top + self.height, self.left : self.left + self.width]
 
     def paste(self, part: Floats, size: int) -> Floats:
         """Give ``(size, size)`` of zeros with ``part`` where this region lies."""

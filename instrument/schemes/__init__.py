@@ -1,6 +1,37 @@
-"""What one frame shows and how its values decode."""
+"""What one frame shows and what its values say: one file a scheme, found by entry point."""
 
-from instrument.schemes.fourier_hadamard import Decoded, FourierHadamard
+from instrument.config import SchemePlugin, SchemeSettings
+from instrument.schemes.columns import Axis, Column, Role, in_play_order
+from instrument.schemes.fourier_hadamard import FourierHadamard, FourierHadamardSettings
+from instrument.schemes.hadamard_pairs import DitheredSettings, HadamardSettings, hadamard_rows, pair_light, sequence_of
+from instrument.schemes.observation import Light, Observation
+from instrument.schemes.reading import PositionReading, Signals, fourier_reading, moment_reading
+from instrument.schemes.scheme import ImageRows, Scheme, image_rows_of, position_of
 from instrument.schemes.select import scheme_of
 
-__all__ = ["Decoded", "FourierHadamard", "scheme_of"]
+__all__ = [
+    "Axis",
+    "Column",
+    "DitheredSettings",
+    "FourierHadamard",
+    "FourierHadamardSettings",
+    "HadamardSettings",
+    "ImageRows",
+    "Light",
+    "Observation",
+    "PositionReading",
+    "Role",
+    "Scheme",
+    "SchemePlugin",
+    "SchemeSettings",
+    "Signals",
+    "fourier_reading",
+    "hadamard_rows",
+    "image_rows_of",
+    "in_play_order",
+    "moment_reading",
+    "pair_light",
+    "position_of",
+    "scheme_of",
+    "sequence_of",
+]

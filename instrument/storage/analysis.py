@@ -17,8 +17,8 @@ from protocols import Floats
 def write_analysis(
     path: str | Path,
     *,
-    displacement_px: Floats,
-    image: Floats,
+    displacement_px: Floats | None,
+    image: Floats | None,
     sigma_px: Floats | None = None,
     table: Mapping[str, Any] | None = None,
     settings: Mapping[str, Any] | None = None,
@@ -29,8 +29,9 @@ def write_analysis(
 
     Args:
         path: the recording.
-        displacement_px: ``(frames, 2)`` x, y relative to frame 0; NaN where not tracked.
-        image: ``(rows, columns)`` the reconstructed image at frame 0, row = y (down), column = x.
+        displacement_px: ``(frames, 2)`` x, y relative to frame 0; NaN where not tracked; None where the scheme sees no position.
+        image: ``(rows, columns)`` the reconstructed image at frame 0, row = y (down), column = x; None where the scheme only
+            tracks.
         sigma_px: ``(frames, 2)`` standard uncertainty of ``displacement_px``.
         table: figures to print, by name; stored as JSON.
         settings: how the analysis was done; stored as JSON.
@@ -41,23 +42,26 @@ def write_analysis(
     """
     path = Path(path)
     frames = len(open_recording(path))
-    if displacement_px.shape != (frames, 2) or image.ndim != 2:
-        raise ValueError(f"displacement {displacement_px.shape}, image {image.shape} for {frames} frames")
-    if sigma_px is not None and sigma_px.shape != displacement_px.shape:
-        raise ValueError(f"sigma_px of shape {sigma_px.shape} for displacement {displacement_px.shape}")
+    for name, rows in (("displacement_px", displacement_px), ("sigma_px", sigma_px)):
+        if rows is not None and rows.shape != (frames, 2):
+            raise ValueError(f"{name} of shape {rows.shape} for {frames} frames")
+    if image is not None and image.ndim != 2:
+        raise ValueError(f"an image of shape {image.shape}")
     with open_to_read(path) as old, rewritten(old, path) as entry:
-        analysis = entry.group("analysis", "NXprocess", default="image")
+        analysis = entry.group("analysis", "NXprocess", default="track" if image is None else "image")
         analysis.add("program", PROGRAM)
         analysis.add("version", program_version())
         analysis.add("date", now())
         analysis.add("table", json_text(table or {}))
         analysis.add("settings", json_text(settings or {}))
-        track = analysis.group("track", "NXdata", signal="displacement_px", axes=[".", "."])
-        track.add("displacement_px", displacement_px, units="px", long_name="x, y relative to frame 0")
-        if sigma_px is not None:
-            track.add("sigma_px", sigma_px, units="px")
-        picture = analysis.group("image", "NXdata", signal="image", axes=["y_px", "x_px"])
-        picture.add("image", image, long_name="image at frame 0")
-        picture.add("y_px", np.arange(image.shape[0], dtype=np.float64), units="px")
-        picture.add("x_px", np.arange(image.shape[1], dtype=np.float64), units="px")
+        if displacement_px is not None:
+            track = analysis.group("track", "NXdata", signal="displacement_px", axes=[".", "."])
+            track.add("displacement_px", displacement_px, units="px", long_name="x, y relative to frame 0")
+            if sigma_px is not None:
+                track.add("sigma_px", sigma_px, units="px")
+        if image is not None:
+            picture = analysis.group("image", "NXdata", signal="image", axes=["y_px", "x_px"])
+            picture.add("image", image, long_name="image at frame 0")
+            picture.add("y_px", np.arange(image.shape[0], dtype=np.float64), units="px")
+            picture.add("x_px", np.arange(image.shape[1], dtype=np.float64), units="px")
         entry.set_attributes(default="analysis")

@@ -7,11 +7,10 @@ from pydantic import ValidationError
 
 from instrument.plan import Plan
 from instrument.recording import Recording
-from instrument.schemes import scheme_of
+from instrument.recording.timing import TimingReport
 from instrument.storage import layout
 from instrument.storage.hdf5 import HDF5_ERRORS, Group, is_hdf5, open_to_read
 from instrument.storage.layout import unusable
-from instrument.timing import TimingReport
 from protocols import Floats, InputError, Mask, Truth
 
 
@@ -53,7 +52,7 @@ def _recording(path: Path, file: Group) -> Recording:
         )
     plan = _plan(path, entry.text(layout.PLAN))
     values = entry.array(layout.VALUES)
-    patterns = scheme_of(plan).patterns_per_frame
+    patterns = plan.patterns_per_frame
     if values.ndim != 2 or values.shape[1] != patterns:
         raise unusable(path, f"values of shape {values.shape}, not (frames, {patterns})", "repeat the run")
     return Recording(
@@ -76,6 +75,9 @@ def _plan(path: Path, text: str) -> Plan:
         return Plan.from_json(text)
     except (ValidationError, ValueError) as error:
         raise unusable(path, f"a plan that this program does not know ({error})", "install a newer Kinopix") from error
+    except InputError as error:
+        saw = f"a plan that this program does not know: {error.saw}"
+        raise unusable(path, saw, "install the distribution that offers its scheme") from error
 
 
 def _frame_valid(path: Path, entry: Group, values: Floats) -> Mask:

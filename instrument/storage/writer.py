@@ -15,7 +15,6 @@ from typing import Literal, Self, TypeAlias
 import numpy as np
 
 from instrument.plan import Plan
-from instrument.schemes import scheme_of
 from instrument.storage import layout
 from instrument.storage.edit import rewritten
 from instrument.storage.hdf5 import File, Group, Growing, is_hdf5
@@ -110,7 +109,7 @@ class RecordingWriter:
         refuse_existing(path, overwrite=overwrite)
         self.path = path
         """Where the recording is."""
-        self._patterns = scheme_of(plan).patterns_per_frame
+        self._patterns = plan.patterns_per_frame
         self._capacity = plan.frames * self._patterns
         _refuse_full_disk(path, self._capacity)
         self._finished = False

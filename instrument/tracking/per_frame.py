@@ -1,4 +1,4 @@
-"""The tracker of the paper: each frame's own phase.
+"""The tracker of the paper: each frame's own position.
 
 References:
     Li et al., "Single-pixel imaging of a translational object", Opt. Express (2023), equations 6, 8 and 9.
@@ -6,19 +6,20 @@ References:
 
 import numpy as np
 
-from instrument.recording import Recording
-from instrument.tracking.coefficients import measured
+from instrument.measurement import Measurement
 from instrument.tracking.trajectory import Trajectory
 from protocols import Floats, InputError
 
 
-def track_per_frame(recording: Recording, *, reference_frames: int = 1, mean_filter: int = 1) -> Trajectory:
-    """Take dx = -arg(O~ conj O~_ref) / (2 pi f) in every frame, unwrapped from frame to frame.
+def track_per_frame(measurement: Measurement, *, reference_frames: int = 1, mean_filter: int = 1) -> Trajectory:
+    """Take the displacement of every frame's signal against the reference, unwrapped from frame to frame.
+
+    For the Fourier coefficient O~ that is dx = -arg(O~ conj O~_ref) / (2 pi f); for a centroid it is the difference.
 
     Args:
-        recording: of the six-pattern scheme.
-        reference_frames: how many frames at the start make up O~_ref: more than 1 where the object rested.
-        mean_filter: how many neighbouring coefficients are averaged (the paper: 5); odd, 1 for none.
+        measurement: of a scheme that tracks.
+        reference_frames: how many frames at the start make up the reference: more than 1 where the object rested.
+        mean_filter: how many neighbouring signals are averaged (the paper: 5); odd, 1 for none.
 
     Raises:
         InputError: no usable frame, none among the reference frames, or a filter of even length.
@@ -27,8 +28,14 @@ def track_per_frame(recording: Recording, *, reference_frames: int = 1, mean_fil
         raise InputError(
             saw=f"a mean filter of {mean_filter}", expected="an odd number of frames", remedy="take 1 or 5"
         )
-    found = measured(recording, smooth_total=False)
-    valid, series = found.valid, found.coefficient
+    if reference_frames < 1:
+        raise InputError(
+            saw=f"{reference_frames} reference frames",
+            expected="1 or more",
+            remedy="take 1, or as many as the object rested",
+        )
+    found = measurement.observe(steady=False)
+    valid, signal, reading = found.valid, found.signal, found.reading
     if not valid[:reference_frames].any():
         raise InputError(
             saw=f"no valid frame among the first {reference_frames}",
@@ -36,18 +43,22 @@ def track_per_frame(recording: Recording, *, reference_frames: int = 1, mean_fil
             remedy="use method='smooth', or more reference_frames if the object rested",
         )
     if mean_filter > 1:
-        series = np.stack([np.convolve(column, np.ones(mean_filter), "same") for column in series.T], axis=1)
+        near = np.ones(mean_filter)
+        counted = np.maximum(np.convolve(valid, near, "same"), 1)  # frames that are not valid have signal 0
+        means = [np.asarray(np.convolve(column, near, "same") / counted, np.complex128) for column in signal.T]
+        signal = np.stack(means, axis=1)
     resting = valid[:reference_frames]
-    reference = series[:reference_frames][resting].mean(axis=0)
+    reference = signal[:reference_frames][resting].mean(axis=0)
     index = np.arange(len(valid))
-    turned: Floats = np.unwrap(np.angle(series[valid] * np.conj(reference)), axis=0)
-    phase = np.stack([np.interp(index, index[valid], turned[:, axis]) for axis in range(2)], axis=1)
+    turned = reading.displacement_px(signal[valid], reference)
+    if found.period_px is not None:
+        turned = np.unwrap(turned, axis=0, period=found.period_px)
+    displacement_px: Floats = np.stack([np.interp(index, index[valid], turned[:, axis]) for axis in range(2)], axis=1)
 
-    variance = found.phase_variance(phase + np.angle(reference))
+    variance = found.variance_px2(displacement_px + reading.displacement_px(reference, reading.origin))
     from_reference = variance[:reference_frames][resting].mean(axis=0) / max(mean_filter, np.count_nonzero(resting))
-    radians = 2 * np.pi * recording.plan.frequency_per_px
-    displacement = (phase if reference_frames > 1 else phase - phase[0]) / -radians
-    sigma = np.sqrt(variance / mean_filter + from_reference) / radians
+    sigma_px = np.sqrt(variance / mean_filter + from_reference)
     if reference_frames == 1:
-        sigma[0] = 0.0
-    return Trajectory(displacement, sigma, recording.frame_time_s, "per-frame", valid)
+        displacement_px = displacement_px - displacement_px[0]
+        sigma_px[0] = 0.0
+    return Trajectory(displacement_px, sigma_px, measurement.frame_time_s, "per-frame", valid)

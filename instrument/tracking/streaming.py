@@ -3,11 +3,10 @@
 import numpy as np
 
 from instrument.plan import Plan
+from instrument.schemes import position_of, scheme_of
 from instrument.tracking.filter_bank import FilterBank
-from instrument.tracking.phase_stream import PhaseStream
+from instrument.tracking.place_stream import PlaceStream
 from protocols import Floats, InputError
-
-_AHEAD_FRAMES = (1 / 3, 0.0)  # from the middle of an axis's two patterns to the middle of the frame
 
 
 class StreamingTracker:
@@ -25,18 +24,22 @@ class StreamingTracker:
             total_memory_frames: over how many frames the total light is averaged; 1 for a lamp that flickers faster.
 
         Raises:
-            InputError: a memory below one frame.
+            InputError: a memory below one frame, or a scheme without position.
         """
         if total_memory_frames < 1:
             raise InputError(saw=f"a memory of {total_memory_frames:g} frames", expected="1 or more", remedy="take 100")
-        self._phases = PhaseStream(plan.frequency_per_px, total_memory_frames)
-        self._bank = FilterBank(_AHEAD_FRAMES)
+        scheme = scheme_of(plan)
+        self._patterns = len(scheme.columns)
+        self._places = PlaceStream(scheme, total_memory_frames)
+        # From the middle of an axis's patterns to the middle of the frame.
+        x_frames, y_frames = (-position_of(scheme).after_middle_frames.mean(axis=1)).tolist()
+        self._bank = FilterBank((x_frames, y_frames))
 
     def push(self, values: Floats) -> Floats:
         """Take the next frames.
 
         Args:
-            values: ``(n, 6)`` in play order; a stationary background is subtracted before.
+            values: ``(n, patterns_per_frame)`` in play order; a stationary background is subtracted before.
 
         Returns:
             ``(n, 2)``: displacement in px in the middle of each frame, relative to frame 0, by what was known then.
@@ -44,13 +47,13 @@ class StreamingTracker:
         Raises:
             InputError: values of another shape.
         """
-        if values.ndim != 2 or values.shape[1] != 6:
+        if values.ndim != 2 or values.shape[1] != self._patterns:
             raise InputError(
                 saw=f"values of shape {values.shape}",
-                expected="(n, 6)",
-                remedy="push whole frames of the six-pattern scheme",
+                expected=f"(n, {self._patterns})",
+                remedy="push whole frames of the plan's scheme",
             )
         displacement_px = np.zeros((len(values), 2))
-        places_px = self._phases.push(values)
+        places_px = self._places.push(values)
         displacement_px[len(values) - len(places_px) :] = self._bank.push(places_px)
         return displacement_px

@@ -1,33 +1,51 @@
 """The one way from a recording to a trajectory."""
 
-from typing import Literal
+from typing import Literal, TypeAlias, get_args
 
+from instrument.measurement import Measurement
 from instrument.recording import Recording
 from instrument.tracking.per_frame import track_per_frame
-from instrument.tracking.smooth import track_smooth
 from instrument.tracking.trajectory import Trajectory
+from instrument.tracking.whole_run import track_smooth
+from protocols import InputError
+
+TrackingMethod: TypeAlias = Literal["smooth", "per-frame"]
 
 
 def track(
-    recording: Recording,
-    method: Literal["smooth", "per-frame"] = "smooth",
+    recording: Recording | Measurement,
+    method: TrackingMethod = "smooth",
     *,
-    reference_frames: int = 1,
-    mean_filter: int = 1,
+    reference_frames: int | None = None,
+    mean_filter: int | None = None,
 ) -> Trajectory:
     """Find the object's displacement in every frame.
 
     A stationary background is taken off before: ``track(recording.minus(background))``.
 
     Args:
-        recording: of the six-pattern scheme.
+        recording: of a scheme that tracks.
         method: ``smooth``, the best use of all frames together; ``per-frame``, the paper's: each frame by itself.
-        reference_frames: ``per-frame`` only: frames at rest at the start that make up the reference.
-        mean_filter: ``per-frame`` only: how many neighbouring coefficients are averaged (the paper: 5).
+        reference_frames: ``per-frame`` only: frames at rest at the start that make up the reference; None for 1.
+        mean_filter: ``per-frame`` only: how many neighbouring signals are averaged (the paper: 5); None for 1.
 
     Raises:
-        InputError: no usable frame, or settings that the method does not have.
+        InputError: no usable frame, a scheme without position, an unknown method, or settings that the method does not have.
     """
+    given = {"reference_frames": reference_frames, "mean_filter": mean_filter}
+    settings = {name: value for name, value in given.items() if value is not None}
     if method == "per-frame":
-        return track_per_frame(recording, reference_frames=reference_frames, mean_filter=mean_filter)
-    return track_smooth(recording)
+        return track_per_frame(Measurement.of(recording), **settings)
+    if method != "smooth":
+        raise InputError(
+            saw=f"the tracking method {method!r}",
+            expected=f"one of {', '.join(get_args(TrackingMethod))}",
+            remedy="correct the name",
+        )
+    if settings:
+        raise InputError(
+            saw=f"{', '.join(settings)} for the method smooth, which has no such setting",
+            expected="settings of the method",
+            remedy='leave it out, or ask for method="per-frame"',
+        )
+    return track_smooth(Measurement.of(recording))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 from scipy.interpolate import CubicHermiteSpline
 
-from protocols import Floats, Mask
+from protocols import Floats, InputError, Mask
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +34,11 @@ class Trajectory:
         """Frames."""
         return len(self.displacement_px)
 
+    @property
+    def time_s(self) -> Floats:
+        """``(frames,)``: middle of each frame, from the first edge on."""
+        return (np.arange(len(self), dtype=np.float64) + 0.5) * self.frame_time_s
+
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:  # noqa: FBT001  (numpy's own signature)
         """Give ``displacement_px``, as numpy asks for it."""
         return np.array(self.displacement_px, dtype=dtype, copy=copy)
@@ -50,7 +55,7 @@ class Trajectory:
         Returns:
             ``(..., 2)``: x, y in px.
         """
-        middle_s = (np.arange(len(self)) + 0.5) * self.frame_time_s
+        middle_s = self.time_s
         inside_s = np.clip(time_s, middle_s[0], middle_s[-1])
         outside_s = np.asarray(time_s - inside_s)[..., None]
         start, end = self._velocity_px_s[0], self._velocity_px_s[-1]
@@ -67,3 +72,35 @@ class Trajectory:
             return np.zeros((1, 2))
         velocity: Floats = np.gradient(self.displacement_px, self.frame_time_s, axis=0)
         return velocity
+
+
+def as_trajectory(motion: Trajectory | Floats | None, frames: int, frame_time_s: float) -> Trajectory:
+    """Take displacements as they come: a trajectory, ``(frames, 2)`` px in the middle of each frame, or None for rest.
+
+    Args:
+        motion: displacements of one run.
+        frames: of that run.
+        frame_time_s: time from one frame to the next.
+
+    Raises:
+        InputError: not one finite displacement for each frame.
+    """
+    if isinstance(motion, Trajectory):
+        trajectory = motion
+    else:
+        places = np.zeros((frames, 2)) if motion is None else np.asarray(motion, np.float64)
+        trajectory = Trajectory(
+            displacement_px=places,
+            sigma_px=np.zeros_like(places),
+            frame_time_s=frame_time_s,
+            method="at rest" if motion is None else "given",
+            valid=np.ones(len(places), np.bool_),
+        )
+    shape = trajectory.displacement_px.shape
+    if shape != (frames, 2) or not np.isfinite(trajectory.displacement_px).all():
+        raise InputError(
+            saw=f"displacements of shape {shape}, {np.count_nonzero(~np.isfinite(trajectory.displacement_px))} not finite",
+            expected=f"finite displacements of shape ({frames}, 2): x, y of each recorded frame",
+            remedy="pass the trajectory that track() gives for this recording",
+        )
+    return trajectory

@@ -2,10 +2,8 @@
 
 from pathlib import Path
 
-import numpy as np
-
 from instrument.analysis import Analysis
-from instrument.views.figures import error_figure, image_figure, save, timing_figure, trajectory_figure
+from instrument.views.plots import error_figure, image_figure, save, timing_figure, trajectory_figure
 from instrument.views.summary import summary_figure
 from protocols import InputError
 
@@ -39,27 +37,17 @@ def write_pictures(analysis: Analysis, folder: Path, stem: str = "") -> list[Pat
         The files written, the summary first.
     """
     picture_folder(folder)
-    recording, trajectory = analysis.recording, analysis.trajectory
-    truth = recording.truth
+    recording, truth = analysis.recording, analysis.recording.truth
     truth_px = truth.displacement_px if truth else None
     truth_image = truth.image if truth else None
-    found_px = trajectory.displacement_px
-    time_s = (np.arange(len(trajectory), dtype=np.float64) + 0.5) * trajectory.frame_time_s
-    figures = {
-        "summary": summary_figure(
-            ignored=analysis.ignored,
-            image=analysis.image,
-            truth=truth_image,
-            time_s=time_s,
-            displacement_px=found_px,
-            truth_px=truth_px,
-            caption=analysis.figures.caption(),
-        ),
-        "image": image_figure(analysis.image, truth_image),
-        "trajectory": trajectory_figure(time_s, found_px, truth_px),
-    }
-    if truth_px is not None:
-        figures["error"] = error_figure(time_s, found_px - truth_px, trajectory.sigma_px)
+    path, image = analysis.trajectory, analysis.image
+    figures = {"summary": summary_figure(analysis)}
+    if image is not None:
+        figures["image"] = image_figure(image, truth_image)
+    if path is not None:
+        figures["trajectory"] = trajectory_figure(path.time_s, path.displacement_px, truth_px)
+        if truth_px is not None:
+            figures["error"] = error_figure(path.time_s, path.displacement_px - truth_px, path.sigma_px)
     if recording.edge_time_s is not None:
         figures["timing"] = timing_figure(recording.edge_time_s, recording.picture_time_s)
     return [

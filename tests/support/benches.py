@@ -23,10 +23,16 @@ def plan_toml(folder: Path, plan: Plan = SMALL) -> Path:
     path = folder / "plan.toml"
     lines = [
         f"{key} = {value!r}".replace("'", '"')
-        for key, value in plan.model_dump(exclude={"motion"}, exclude_none=True).items()
+        for key, value in plan.model_dump(exclude={"motion", "scheme"}, exclude_none=True).items()
     ]
+    lines.append("[scheme]")
+    lines += [f'{key} = "{value}"' if isinstance(value, str) else f"{key} = {value}" for key, value in _scheme(plan)]
     if plan.motion is not None:
         lines.append("[motion]")
         lines += [f"{key} = {value!r}".replace("'", '"') for key, value in plan.motion.model_dump().items()]
     path.write_text("\n".join(lines) + "\n")
     return path
+
+
+def _scheme(plan: Plan) -> list[tuple[str, object]]:
+    return list(plan.scheme.model_dump(exclude_none=True).items())

@@ -6,14 +6,13 @@ pattern. ``shifted`` and a sum over pixels give the same, slowly.
 """
 
 from collections.abc import Callable
-from functools import lru_cache
 
 import numpy as np
 
 from instrument.patterns import walsh_matrix
 from instrument.plan import Plan
 from instrument.recording import Recording
-from instrument.schemes import FourierHadamard, scheme_of
+from instrument.schemes import Scheme, scheme_of
 from protocols import Floats, Integers, Truth
 
 Path2D = Callable[[Floats], Floats]
@@ -57,10 +56,10 @@ def simulate(
         light: brightness of the lamp over time; None for 1.
         seed: of the noise.
     """
-    scheme = _scheme(plan.model_dump_json())
-    time_s = (np.arange(6 * plan.frames, dtype=np.float64) + 0.5) * plan.picture_time_s
-    places = path(time_s).reshape(plan.frames, 6, 2)
-    values, lit = _noise_free(scheme, image, places)
+    scheme, per_frame = scheme_of(plan), plan.patterns_per_frame
+    time_s = (np.arange(plan.patterns, dtype=np.float64) + 0.5) * plan.picture_time_s
+    places = path(time_s).reshape(plan.frames, per_frame, 2)
+    values, lit = _noise_free(plan, scheme, image, places)
     if light is not None:
         values *= light(time_s).reshape(values.shape)
     rng = np.random.default_rng(seed)
@@ -68,8 +67,8 @@ def simulate(
         values[:] = rng.poisson(np.maximum(values, 0) * peak_counts / image.sum())
     elif sigma:
         values += rng.normal(size=values.shape) * sigma * np.sqrt(lit)
-    middle = path((np.arange(plan.frames, dtype=np.float64) + 0.5) * 6 * plan.picture_time_s)
-    start = path(np.array([3 * plan.picture_time_s]))[0]
+    middle = path((np.arange(plan.frames, dtype=np.float64) + 0.5) * plan.frame_time_s)
+    start = path(np.array([plan.frame_time_s / 2]))[0]
     return Recording(
         plan=plan,
         values=values,
@@ -80,26 +79,23 @@ def simulate(
     )
 
 
-@lru_cache(maxsize=4)
-def _scheme(plan: str) -> FourierHadamard:
-    """Kept, as dithering takes longer than all the rest; by the plan's JSON, as a pydantic model is no key to type checkers."""
-    return scheme_of(Plan.from_json(plan))
-
-
-def _noise_free(scheme: FourierHadamard, image: Floats, places: Floats) -> tuple[Floats, Floats]:
-    """Values ``(frames, 6)`` and lit pixels of each pattern, ``(frames, 6)``, for displacements ``(frames, 6, 2)``."""
-    plan = scheme.plan
-    size, scale = plan.image_size, plan.upsampling
-    values = np.empty((plan.frames, 6))
-    lit = np.empty((plan.frames, 6))
-    for k in range(4):
-        pattern = scheme.fourier[k].reshape(size, scale, size, scale).mean(axis=(1, 3))
+def _noise_free(plan: Plan, scheme: Scheme, image: Floats, places: Floats) -> tuple[Floats, Floats]:
+    """Values and lit pixels of each pattern, both ``(frames, patterns)``, for displacements ``(frames, patterns, 2)``."""
+    size = plan.image_size
+    values, lit = np.empty(places.shape[:2]), np.empty(places.shape[:2])
+    fixed = [k for k, column in enumerate(scheme.columns) if column.role != "hadamard"]
+    for k, samples in zip(fixed, scheme.fixed_patterns, strict=True):
+        scale = len(samples) // size
+        pattern = samples.reshape(size, scale, size, scale).mean(axis=(1, 3))
         values[:, k] = _correlation(pattern, image, places[:, k])
         lit[:, k] = pattern.sum()
+    if scheme.image_rows is None:
+        return values, lit
     walsh = walsh_matrix(size).astype(np.float64)
-    down, across = walsh[scheme.order[:, 0]], walsh[scheme.order[:, 1]]
-    positive = size * size * (1 + (scheme.order == 0).all(axis=1)) / 2
-    for k, sign in ((4, 1), (5, -1)):
+    pairs = scheme.image_rows.pairs
+    down, across = walsh[pairs[:, 0]], walsh[pairs[:, 1]]
+    positive = size * size * (1 + (pairs == 0).all(axis=1)) / 2
+    for k, sign in ((k, column.sign) for k, column in enumerate(scheme.columns) if column.role == "hadamard"):
         both = _row_products(np.ones_like(down), np.ones_like(across), image, places[:, k])
         values[:, k] = (both + sign * _row_products(down, across, image, places[:, k])) / 2
         lit[:, k] = positive if sign > 0 else size * size - positive

@@ -3,14 +3,14 @@
 import numpy as np
 
 from instrument.plan import Plan
-from instrument.schemes import scheme_of
+from instrument.schemes import FourierHadamardSettings, scheme_of
 from protocols import Floats
 from tests.support.simulation import shifted, simulate
 
 
 def test_values_are_sums_of_pattern_times_moved_object() -> None:
     """All six patterns, at sub-pixel displacements, some of which push the object over the field's edge."""
-    plan = Plan(frames=40, image_size=16, fourier_cycles=1, superpixel=2, upsampling=2)
+    plan = Plan(frames=40, image_size=16, superpixel=2, scheme=FourierHadamardSettings(fourier_cycles=1, upsampling=2))
     image = np.random.default_rng(3).random((16, 16))
 
     def path(time_s: Floats) -> Floats:

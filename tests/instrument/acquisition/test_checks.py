@@ -4,7 +4,7 @@ import pytest
 
 from instrument.acquisition import Check, check_plan
 from instrument.plan import MotionPlan, Plan
-from instrument.schemes import scheme_of
+from instrument.schemes import FourierHadamardSettings, scheme_of
 from protocols import (
     BenchContext,
     CounterLimits,
@@ -125,5 +125,5 @@ def test_hadamard_patterns_that_repeat_are_said() -> None:
 
 @pytest.mark.parametrize("cycles", [1, 4])
 def test_the_range_follows_the_fringes(cycles: int) -> None:
-    message = checked(Plan(frames=1, fourier_cycles=cycles))["displacement"].message
+    message = checked(Plan(frames=1, scheme=FourierHadamardSettings(fourier_cycles=cycles)))["displacement"].message
     assert f"within {64 / cycles:g} px" in message

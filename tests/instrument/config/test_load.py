@@ -8,6 +8,7 @@ from pydantic import Field, PositiveInt
 
 from instrument.config import ConfigError, load_model
 from instrument.plan import Plan
+from instrument.schemes import FourierHadamardSettings
 from protocols import Frozen, InputError
 
 
@@ -16,6 +17,14 @@ def problems_of(path: Path, text: str, model: type[Frozen] = Plan) -> list[str]:
     path.write_text(text)
     with pytest.raises(ConfigError) as caught:
         load_model(model, path)
+    return [str(problem).removeprefix(f"{path.parent}/") for problem in caught.value.problems]
+
+
+def plan_problems(path: Path, text: str) -> list[str]:
+    """Likewise, of a plan."""
+    path.write_text(text)
+    with pytest.raises(ConfigError) as caught:
+        Plan.from_toml(path)
     return [str(problem).removeprefix(f"{path.parent}/") for problem in caught.value.problems]
 
 
@@ -33,15 +42,15 @@ def test_a_good_plan_is_read(path: Path) -> None:
 
 
 def test_all_mistakes_are_told_at_once_with_line_and_suggestion(path: Path) -> None:
-    found = problems_of(
+    found = plan_problems(
         path,
-        'frames = "many"\nimagesize = 128\nhadamard_order = "TVs"\n\n[motion]\n'
+        'frames = "many"\nimagesize = 128\nscheme.hadamard_order = "TVs"\n\n[motion]\n'
         "velocity_um_s = 25000.0\nacceleration_mm_s2 = -3\n",
     )
     assert [problem.split(";")[0] for problem in found] == [
         'plan.toml:1: frames: saw "many"',
         "plan.toml:2: imagesize: saw an unknown key",
-        'plan.toml:3: hadamard_order: saw "TVs"',
+        'plan.toml:3: scheme.hadamard_order: saw "TVs"',
         "plan.toml:5: motion.velocity_mm_s: saw nothing",
         "plan.toml:6: motion.velocity_um_s: saw an unknown key",
         "plan.toml:7: motion.acceleration_mm_s2: saw -3",
@@ -66,10 +75,12 @@ def test_the_error_is_one_readable_text_and_an_input_error(path: Path) -> None:
 
 def test_numbers_are_not_guessed_from_text_or_fractions(path: Path) -> None:
     """Pydantic alone would take "25" as 25 and 2.0 as 2."""
-    assert problems_of(path, 'frames = 10\npattern_rate_hz = "20000"\nsuperpixel = 2.0\nupsampling = true\n') == [
+    assert plan_problems(
+        path, 'frames = 10\npattern_rate_hz = "20000"\nsuperpixel = 2.0\nscheme.upsampling = true\n'
+    ) == [
         'plan.toml:2: pattern_rate_hz: saw "20000"; expected a number',
         "plan.toml:3: superpixel: saw 2.0; expected a whole number",
-        "plan.toml:4: upsampling: saw true; expected a whole number",
+        "plan.toml:4: scheme.upsampling: saw true; expected a whole number",
     ]
 
 
@@ -176,3 +187,50 @@ def test_brackets_without_end_are_no_crash(path: Path) -> None:
     path.write_text("frames = " + "[" * 5000 + "]" * 5000)
     with pytest.raises(ConfigError, match="nested"):
         load_model(Plan, path)
+
+
+def test_a_scheme_is_named_or_has_a_table_of_its_own(path: Path) -> None:
+    path.write_text('frames = 10\nscheme = "fourier-hadamard"\n')
+    assert Plan.from_toml(path).scheme == FourierHadamardSettings()
+    path.write_text('frames = 10\n[scheme]\nname = "fourier-hadamard"\nfourier_cycles = 1\nshuffle_seed = 3\n')
+    assert Plan.from_toml(path).scheme == FourierHadamardSettings(fourier_cycles=1, shuffle_seed=3)
+    path.write_text("frames = 10\n[scheme]\nupsampling = 2\n")
+    assert Plan.from_toml(path).scheme == FourierHadamardSettings(upsampling=2)
+
+
+def test_mistakes_of_a_scheme_are_told_with_those_of_the_plan(path: Path) -> None:
+    found = plan_problems(path, 'frame = 10\nscheme = "fourier-hadamart"\n')
+    assert found[0].startswith(
+        "plan.toml: frames: saw nothing; expected a value for frames (is frame meant to be frames?)"
+    )
+    assert found[2].startswith(
+        "plan.toml:2: scheme: saw 'fourier-hadamart', a scheme plug-in that no installed distribution"
+    )
+    assert "did you mean 'fourier-hadamard'?" in found[2]
+    found = plan_problems(path, "frames = 10\n[scheme]\nfourier_cycle = 2\n")
+    assert len(found) == 1
+    assert found[0].startswith("plan.toml:3: scheme.fourier_cycle: saw an unknown key")
+    assert "(did you mean fourier_cycles?)" in found[0]
+    found = plan_problems(path, "frames = 10\n[scheme]\nupsampling = 3\n")
+    assert found == [
+        (
+            "plan.toml:3: scheme.upsampling: saw 3; expected another value "
+            "(scheme.upsampling is 3: it must divide superpixel = 2, the mirrors a pixel side)"
+        )
+    ]
+    assert plan_problems(path, "frames = 10\nscheme = 3\n") == [
+        'plan.toml:2: scheme: saw 3; expected the name of a scheme ("fourier-hadamard")'
+    ]
+
+
+def test_a_key_that_once_stood_beside_the_scheme_is_told_where_it_belongs(path: Path) -> None:
+    found = plan_problems(path, "frames = 10\nfourier_cycles = 1\n")
+    assert len(found) == 1
+    assert found[0].startswith("plan.toml:2: fourier_cycles: saw an unknown key")
+    assert found[0].endswith("(move it into a [scheme] table)")
+
+
+def test_a_plan_in_a_recording_of_version_0_1_is_read() -> None:
+    plan = Plan.from_json('{"scheme": "fourier-hadamard", "frames": 5, "upsampling": 2, "hadamard_order": "natural"}')
+    assert plan == Plan(frames=5, scheme=FourierHadamardSettings(upsampling=2, hadamard_order="natural"))
+    assert Plan.from_json(plan.model_dump_json()) == plan

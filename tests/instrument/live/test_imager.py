@@ -6,6 +6,7 @@ import pytest
 from instrument.live import ProgressiveImager
 from instrument.plan import Plan
 from instrument.reconstruction import Region, reconstruct
+from instrument.schemes import FourierHadamardSettings
 from instrument.tracking import StreamingTracker
 from protocols import Floats, InputError
 from tests.instrument.live.streams import FRAMES, PLAN, SIZE, drift, letter, psnr, run
@@ -77,7 +78,7 @@ def test_the_region_shrinks_as_the_way_becomes_known() -> None:
 
 def test_a_run_of_many_cycles_keeps_the_newest_frame_of_each_pattern_in_memory_that_does_not_grow() -> None:
     """16 px: 256 patterns, room for 100. Of cycles 0 and 1 nothing must be left, or the object that is gone would show."""
-    plan = Plan(frames=256 * 3, image_size=16, fourier_cycles=1)
+    plan = Plan(frames=256 * 3, image_size=16, scheme=FourierHadamardSettings(fourier_cycles=1))
     gone, here = np.zeros((16, 16)), np.zeros((16, 16))
     gone[2:6, 2:6], here[9:14, 8:12] = 1.0, 1.0
     imager = ProgressiveImager(plan, max_rows=100)
@@ -95,7 +96,7 @@ def test_a_run_of_many_cycles_keeps_the_newest_frame_of_each_pattern_in_memory_t
 
 
 def test_an_object_at_rest_is_imaged_from_its_coarsest_patterns_however_long_the_run() -> None:
-    plan = Plan(frames=2000, image_size=32, fourier_cycles=1)
+    plan = Plan(frames=2000, image_size=32, scheme=FourierHadamardSettings(fourier_cycles=1))
     image = np.zeros((32, 32))
     image[8:18, 6:14] = 1.0
     recording = simulate(plan, image, lambda t: np.zeros((len(t), 2)), sigma=0.02, seed=1)
@@ -157,7 +158,7 @@ def test_an_object_that_leaves_the_field_is_imaged_on_the_whole_of_it() -> None:
 
 def test_a_jump_after_a_gap_is_no_velocity() -> None:
     """Over the missing frames 1 to 349 the object goes 17 px: taken for a step, it would put H+ and H- 3 px apart."""
-    plan = PLAN.model_copy(update={"shuffle_seed": 0})
+    plan = PLAN.model_copy(update={"scheme": FourierHadamardSettings(shuffle_seed=0)})
     recording = simulate(plan, letter(), drift, sigma=0.05, seed=1)
     assert recording.truth is not None
     imager = ProgressiveImager(plan, max_rows=FRAMES)

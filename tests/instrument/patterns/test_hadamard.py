@@ -62,5 +62,5 @@ def test_every_order_holds_every_pattern_once_and_then_starts_again(order: Hadam
 
 
 def test_a_size_that_is_no_power_of_two_is_refused() -> None:
-    with pytest.raises(ValueError, match="power of 2"):
+    with pytest.raises(ValueError, match="size is 12: Hadamard matrices are made for powers of two"):
         walsh_matrix(12)

@@ -4,14 +4,18 @@ import numpy as np
 import pytest
 
 from instrument.plan import Plan
-from instrument.reconstruction.correlation import FixedPatterns
-from instrument.reconstruction.region import Region
-from instrument.schemes import scheme_of
-from protocols import Floats
+from instrument.reconstruction import FixedPatterns, Region
+from instrument.schemes import FourierHadamardSettings, scheme_of
+from protocols import Bytes, Floats
 from tests.support.dense import seen_patterns
 
 SIZE = 16
 REGION = Region(top=3, left=5, height=8, width=7)
+
+
+def _patterns(upsampling: int = 1) -> Bytes:
+    settings = FourierHadamardSettings(upsampling=upsampling)
+    return scheme_of(Plan(frames=4, image_size=SIZE, scheme=settings)).fixed_patterns
 
 
 def _places() -> Floats:
@@ -23,8 +27,7 @@ def _places() -> Floats:
 
 @pytest.mark.parametrize("upsampling", [1, 2])
 def test_values_read_from_maps_equal_the_sum_over_pixels(upsampling: int) -> None:
-    plan = Plan(frames=4, image_size=SIZE, upsampling=upsampling)
-    fixed = FixedPatterns.of(scheme_of(plan), REGION)
+    fixed = FixedPatterns.of(_patterns(upsampling), SIZE, REGION)
     part = np.random.default_rng(1).random(REGION.shape)
     image = REGION.paste(part, SIZE)
     places = _places()
@@ -40,7 +43,7 @@ def test_sampling_and_maps_have_transposes(wide: bool) -> None:  # noqa: FBT001 
     """<C x, y> = <x, C' y>, for all displacements and for those that keep the object inside the field."""
     rng = np.random.default_rng(2)
     places = _places() if wide else rng.uniform((-5, -3), (4, 5), (30, 4, 2))
-    fixed = FixedPatterns.of(scheme_of(Plan(frames=4, image_size=SIZE)), REGION, places)
+    fixed = FixedPatterns.of(_patterns(), SIZE, REGION, places)
     sampling = fixed.sampling(places)
     part, values = rng.random(REGION.shape, np.float32), rng.random(120, np.float32)
 
@@ -55,8 +58,8 @@ def test_sampling_and_maps_have_transposes(wide: bool) -> None:  # noqa: FBT001 
 def test_small_maps_give_the_same_values_as_large_ones() -> None:
     """The region begins 5 and 3 px from the field's borders and ends 4 and 5 px from the others."""
     places = np.random.default_rng(3).uniform((-5.9, -3.9), (4.9, 5.9), (50, 4, 2))
-    scheme = scheme_of(Plan(frames=4, image_size=SIZE))
-    small, large = FixedPatterns.of(scheme, REGION, places), FixedPatterns.of(scheme, REGION)
+    patterns = _patterns()
+    small, large = FixedPatterns.of(patterns, SIZE, REGION, places), FixedPatterns.of(patterns, SIZE, REGION)
     part = np.random.default_rng(1).random(REGION.shape, np.float32)
 
     for ours, others in zip(
@@ -66,7 +69,7 @@ def test_small_maps_give_the_same_values_as_large_ones() -> None:
 
 
 def test_slopes_are_the_derivatives_of_the_values() -> None:
-    fixed = FixedPatterns.of(scheme_of(Plan(frames=4, image_size=SIZE)), REGION)
+    fixed = FixedPatterns.of(_patterns(), SIZE, REGION)
     maps = fixed.maps(np.random.default_rng(1).random(REGION.shape).astype(np.float32))
     places = np.floor(_places()[1:]) + 0.4  # well inside a cell, where values are bilinear
     _, slope = fixed.values(maps, places)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from instrument.plan import Plan
-from instrument.reconstruction import Method, Region, reconstruct
-from instrument.reconstruction.correlation import FixedPatterns
+from instrument.reconstruction import FixedPatterns, Method, Region, reconstruct
 from instrument.reconstruction.fourier_rows import FourierRows
 from instrument.schemes import scheme_of
 from protocols import Floats
@@ -15,6 +14,7 @@ from tests.support.simulation import simulate
 SIZE, FRAMES = 16, 40
 REGION = Region(top=2, left=1, height=9, width=8)
 PLAN = Plan(frames=FRAMES, image_size=SIZE)
+FREQUENCY_PER_PX = 2 / SIZE
 
 
 def _places() -> Floats:
@@ -23,19 +23,19 @@ def _places() -> Floats:
 
 def _rows() -> tuple[FourierRows, Floats]:
     sigma = np.random.default_rng(1).uniform(0.5, 2, (FRAMES, 4))
-    fixed = FixedPatterns.of(scheme_of(PLAN), REGION, _places())
-    return FourierRows.of(fixed, _places(), sigma, PLAN.frequency_per_px), sigma
+    fixed = FixedPatterns.of(scheme_of(PLAN).fixed_patterns, SIZE, REGION, _places())
+    return FourierRows.of(fixed, _places(), sigma, FREQUENCY_PER_PX, (0, 0, 1, 1)), sigma
 
 
 def test_rows_are_whitened_patterns_moved_back_without_what_goes_as_the_grey_fringes() -> None:
     rows, sigma = _rows()
     part = np.random.default_rng(2).random(REGION.shape)
     image = REGION.paste(part, SIZE)
-    patterns = scheme_of(PLAN).fourier.astype(np.float64)
+    patterns = scheme_of(PLAN).fixed_patterns.astype(np.float64)
     expected = np.empty((FRAMES, 4))
     for k in range(4):
         seen = (seen_patterns(np.repeat(patterns[k : k + 1], FRAMES, 0), _places()[:, k]) * image).sum(axis=(1, 2))
-        angle = 2 * np.pi * PLAN.frequency_per_px * _places()[:, k, k // 2]
+        angle = 2 * np.pi * FREQUENCY_PER_PX * _places()[:, k, k // 2]
         grey = np.stack([np.ones(FRAMES), np.cos(angle), np.sin(angle)], axis=1) / sigma[:, k : k + 1]
         series = seen / sigma[:, k]
         expected[:, k] = series - grey @ np.linalg.lstsq(grey, series)[0]

@@ -6,9 +6,9 @@ from typing import get_args
 import numpy as np
 import pytest
 
+from instrument.measurement import Measurement
 from instrument.plan import Plan
 from instrument.reconstruction import Method, Region, reconstruct
-from instrument.reconstruction.rows import Measurement
 from instrument.recording import Recording
 from protocols import Floats, InputError, Truth
 from tests.support.simulation import simulate
@@ -75,11 +75,10 @@ def test_wrong_motion_without_noise_ends_soon_with_a_fair_image_and_a_misfit_tha
 
 def test_differences_of_photons_weigh_by_the_mean_light_and_not_by_the_count() -> None:
     """100 photons a frame in steady light: the variance of each difference is 100, whatever was counted."""
-    measurement = Measurement.of(_run(peak_counts=100.0, sigma=0.0), steady_object=True)
-    totals = measurement.values[:, 4] + measurement.values[:, 5]
-    assert totals.std() > 8
-    assert measurement.difference_sigma == pytest.approx(10.0, rel=0.05)
-    assert measurement.difference_sigma.std() < 0.2
+    values = Measurement.of(_run(peak_counts=100.0, sigma=0.0)).image_values(steady_object=True)
+    assert (values.positive + values.negative).std() > 8
+    assert values.difference_sigma == pytest.approx(10.0, rel=0.05)
+    assert values.difference_sigma.std() < 0.2
 
 
 def test_methods_rank_as_expected() -> None:

@@ -8,6 +8,7 @@ import pytest
 
 from instrument.plan import Plan
 from instrument.recording import Recording
+from instrument.schemes import FourierHadamardSettings
 from instrument.tracking import Trajectory, track
 from protocols import Floats, InputError
 from tests.support.motions import FRAMES, MOTIONS, letter_b
@@ -70,7 +71,7 @@ def test_noise_free_error_is_that_of_the_dithered_patterns_alone() -> None:
     """Frame 0's, mostly, so it hangs on the place of the start: 0.005 to 0.05 px^2, mean 0.015; 0.004 at two samples a pixel."""
 
     def over_places(upsampling: int) -> Floats:
-        plan = Plan(frames=400, upsampling=upsampling)
+        plan = Plan(frames=400, scheme=FourierHadamardSettings(upsampling=upsampling))
         found: list[float] = []
         for top, left in np.random.default_rng(0).integers(0, 22, (16, 2)).tolist():
             recording = simulate(plan, letter_b(top, left), lambda time_s: MOTIONS["I"](time_s * FRAMES / 400))

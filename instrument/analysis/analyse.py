@@ -1,0 +1,113 @@
+"""From a recording to path, image, and how good both are."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+
+from instrument.analysis.merit import Figures, figures_of
+from instrument.joint import refine
+from instrument.measurement import Measurement
+from instrument.reconstruction import Method, Reconstruction, method_of, reconstruct
+from instrument.recording import Recording
+from instrument.tracking import Trajectory, track
+from protocols import Floats, InputError
+
+Tracking: TypeAlias = Literal["joint", "smooth", "per-frame"]
+"""``joint``: path and image refined together; ``smooth``: one pass over all frames; ``per-frame``: the paper's."""
+
+OnStep: TypeAlias = Callable[[str, int, int], None]
+"""Called with what is being done, how many steps are done, and how many there are."""
+
+
+@dataclass(frozen=True, eq=False)
+class Analysis:
+    """All that is known of a recording after its analysis."""
+
+    recording: Recording
+    """What was analysed."""
+
+    tracking: Tracking
+    """How the path was found."""
+
+    trajectory: Trajectory | None
+    """The path; None where the scheme sees no position, and the object was taken as at rest."""
+
+    reconstruction: Reconstruction | None
+    """The image with the motion taken back; None where the scheme only tracks."""
+
+    ignored: Floats | None
+    """``(m, m)``: the image as it comes out if the motion is ignored, for comparison; None where there is no image."""
+
+    refinements: int
+    """How often path and image were refined together."""
+
+    figures: Figures
+    """Figures of merit."""
+
+    @property
+    def image(self) -> Floats | None:
+        """``(m, m)``: the image at frame 0, row = y (down), column = x; None where the scheme only tracks."""
+        return None if self.reconstruction is None else self.reconstruction.image
+
+    @staticmethod
+    def padded(rows: Floats, frames: int) -> Floats:
+        """Rows of the frames analysed, with NaN for frames of the recording that were left out at its end."""
+        return np.pad(rows, ((0, frames - len(rows)), (0, 0)), constant_values=np.nan)
+
+
+def _tell_nobody(what: str, done: int, total: int) -> None:
+    """Take no notice of progress."""
+
+
+def analyse(
+    recording: Recording,
+    *,
+    tracking: Tracking = "joint",
+    method: Method = "tv",
+    on_step: OnStep | None = None,
+) -> Analysis:
+    """Track the object, reconstruct its image, and judge both, as far as the recording's scheme goes.
+
+    Args:
+        recording: whole or partial.
+        tracking: how the path is found.
+        method: how the image is made.
+        on_step: told of progress.
+
+    Raises:
+        InputError: no usable frame, an object that leaves the field, an unknown tracking or method.
+    """
+    if tracking not in get_args(Tracking):
+        raise InputError(
+            saw=f"the tracking {tracking!r}",
+            expected=f"one of {', '.join(get_args(Tracking))}",
+            remedy="correct the name",
+        )
+    method_of(method)
+    tell: OnStep = on_step or _tell_nobody
+    started_s = time.perf_counter()
+    measurement = Measurement.of(recording)
+    tell("following the object", 0, 3)
+    trajectory: Trajectory | None = None
+    if measurement.scheme.position is not None:
+        trajectory = track(measurement, "per-frame" if tracking == "per-frame" else "smooth")
+    tell("reconstructing", 1, 3)
+    reconstruction: Reconstruction | None = None
+    ignored: Floats | None = None
+    refinements = 0
+    if measurement.scheme.image_rows is not None:
+        if trajectory is not None and tracking == "joint":
+            refined = refine(measurement, trajectory)
+            trajectory, reconstruction, refinements = refined.trajectory, refined.image, refined.refinements
+        if reconstruction is None or method != "tv":
+            reconstruction = reconstruct(measurement, trajectory, method)
+    took_s = time.perf_counter() - started_s
+    tell("comparing", 2, 3)
+    if reconstruction is not None:
+        ignored = reconstruct(measurement, None, "conventional").image
+    figures = figures_of(measurement, recording.truth, trajectory, reconstruction, took_s)
+    tell("done", 3, 3)
+    return Analysis(recording, tracking, trajectory, reconstruction, ignored, refinements, figures)

@@ -1,0 +1,158 @@
+"""Figures of merit of one analysis: what ``kinopix analyse`` prints and stores."""
+
+from typing import Any, Final
+
+import numpy as np
+from pydantic import NonNegativeFloat, NonNegativeInt
+
+from instrument.measurement import Measurement
+from instrument.numerics import displacement_mse, offset_free_mse, psnr, ssim_global, ssim_local
+from instrument.reconstruction import Reconstruction
+from instrument.tracking import Trajectory
+from protocols import Frozen, Truth
+
+_LIGHT_CHANGE: Final = 0.05
+"""Change of the total light that is worth a warning."""
+
+_MISFIT: Final = 1.5
+"""Misfit that is worth a warning."""
+
+
+class Figures(Frozen):
+    """How good motion and image are. Figures that need the truth are None for a real bench."""
+
+    frames: NonNegativeInt
+    """Frames analysed."""
+
+    frames_masked: NonNegativeInt
+    """Of those, left out."""
+
+    travel_px: tuple[float, float] | None
+    """Displacement of the last frame, x and y; None where the scheme sees no position."""
+
+    sigma_px: NonNegativeFloat | None
+    """Median of the stated standard deviation of the displacement; None where too few frames tell."""
+
+    misfit: float | None
+    """RMS of what image and motion leave unexplained, over the noise; about 1 where both are right."""
+
+    light_change: NonNegativeFloat
+    """Largest change of the field's total light in the run, relative to its median, over tenths of the run."""
+
+    analysis_s: NonNegativeFloat
+    """Time that tracking and reconstruction took."""
+
+    displacement_mse_px2: float | None = None
+    """Mean over frames and both axes of the squared error, frame 0 as reference."""
+
+    displacement_mse_offset_free_px2: float | None = None
+    """The same with a constant shift removed."""
+
+    psnr_db: float | None = None
+    """10 log10(1 / MSE) of the image, clipped to 0..1; after one least-squares gain for photon counts."""
+
+    ssim_global: float | None = None
+    """The formula of Li et al. (2023), with moments of the whole image."""
+
+    ssim_local: float | None = None
+    """Wang et al. (2004), Gaussian window of 11 x 11, sigma 1.5."""
+
+    def rows(self) -> dict[str, str]:
+        """The figures as a person reads them."""
+        rows = {
+            "frames": f"{self.frames}, {self.frames_masked} masked",
+        }
+        if self.travel_px is not None:
+            rows["travel"] = f"{self.travel_px[0]:.2f}, {self.travel_px[1]:.2f} px"
+            sigma = "-" if self.sigma_px is None else f"{self.sigma_px:.3f} px (median, one sigma)"
+            rows["stated uncertainty"] = sigma
+        if self.displacement_mse_px2 is not None and self.displacement_mse_offset_free_px2 is not None:
+            rows["displacement MSE"] = (
+                f"{self.displacement_mse_px2:.4f} px^2 ({self.displacement_mse_offset_free_px2:.4f} offset-free)"
+            )
+        if self.psnr_db is not None:
+            rows["PSNR"] = f"{self.psnr_db:.1f} dB"
+            rows["SSIM"] = f"{self.ssim_global:.4f} global, {self.ssim_local:.4f} local"
+        if self.misfit is not None:
+            rows["misfit"] = f"{self.misfit:.3f} (1 is the noise alone)"
+        return {**rows, "analysis": f"{self.analysis_s:.2f} s"}
+
+    def warnings(self) -> tuple[str, ...]:
+        """What should make a person doubt the result."""
+        found: list[str] = []
+        if self.light_change > _LIGHT_CHANGE:
+            found.append(
+                f"the field's total light changed by {100 * self.light_change:.0f} % in the run: a lamp that drifts is allowed "
+                "for, an object that leaves the field is not: keep it inside, or record fewer frames"
+            )
+        if self.misfit is not None and self.misfit > _MISFIT:
+            found.append(
+                f"motion and image leave {self.misfit:.1f} times the noise unexplained: doubt both; look for an object that "
+                "leaves the field, a background that was not subtracted, or counts beyond the linear limit"
+            )
+        return tuple(found)
+
+    def caption(self) -> str:
+        """One line for a picture."""
+        parts = [f"{self.frames} frames"]
+        if self.displacement_mse_px2 is not None:
+            parts.append(f"displacement MSE {self.displacement_mse_px2:.4f} px²")
+        elif self.sigma_px is not None:
+            parts.append(f"displacement known to {self.sigma_px:.3f} px")
+        if self.psnr_db is not None:
+            parts.append(f"image PSNR {self.psnr_db:.1f} dB")
+        return ", ".join(parts)
+
+
+def figures_of(
+    measurement: Measurement,
+    truth: Truth | None,
+    trajectory: Trajectory | None,
+    reconstruction: Reconstruction | None,
+    took_s: float,
+) -> Figures:
+    """Work out the figures, with those that need the truth where it is known.
+
+    Args:
+        measurement: what was analysed.
+        truth: what really was there.
+        trajectory: the path; None where the scheme sees none.
+        reconstruction: the image; None where the scheme has none.
+        took_s: time of the analysis.
+    """
+    of_path, of_image = _path_figures(trajectory, truth), _image_figures(reconstruction, truth, measurement)
+    return Figures(
+        frames=len(measurement),
+        frames_masked=int(np.count_nonzero(~measurement.valid)),
+        light_change=measurement.light_change(),
+        analysis_s=took_s,
+        **{"travel_px": None, "sigma_px": None, "misfit": None, **of_path, **of_image},
+    )
+
+
+def _path_figures(trajectory: Trajectory | None, truth: Truth | None) -> dict[str, Any]:
+    if trajectory is None:
+        return {}
+    found_px, sigma_px = trajectory.displacement_px, float(np.median(trajectory.sigma_px))
+    figures: dict[str, Any] = {
+        "travel_px": tuple(found_px[-1].tolist()),
+        "sigma_px": sigma_px if np.isfinite(sigma_px) else None,
+    }
+    if truth is not None:
+        figures["displacement_mse_px2"] = displacement_mse(found_px, truth.displacement_px)
+        figures["displacement_mse_offset_free_px2"] = offset_free_mse(found_px, truth.displacement_px)
+    return figures
+
+
+def _image_figures(
+    reconstruction: Reconstruction | None, truth: Truth | None, measurement: Measurement
+) -> dict[str, Any]:
+    if reconstruction is None:
+        return {}
+    image, fit_gain = reconstruction.image, measurement.photon_counts
+    figures: dict[str, Any] = {"misfit": reconstruction.misfit if np.isfinite(reconstruction.misfit) else None}
+    if truth is not None:
+        figures["psnr_db"] = psnr(image, truth.image, fit_gain=fit_gain)
+        figures["ssim_global"] = ssim_global(image, truth.image, fit_gain=fit_gain)
+        figures["ssim_local"] = ssim_local(image, truth.image, fit_gain=fit_gain)
+    return figures

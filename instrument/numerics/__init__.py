@@ -1,0 +1,40 @@
+"""Mathematics on arrays: splines and smoothing, total variation and its solvers, operators, compiled loops, metrics."""
+
+from instrument.numerics.blas import one_blas_thread
+from instrument.numerics.compiled import compiled, inlined
+from instrument.numerics.fading import add, grow_older, solve
+from instrument.numerics.metrics import displacement_mse, offset_free_mse, psnr, ssim_global, ssim_local
+from instrument.numerics.operators import Operator, Stacked, Weighted, largest_eigenvalue
+from instrument.numerics.row_products import RowProducts
+from instrument.numerics.smoothing import Smooth, smooth
+from instrument.numerics.spline import Spline
+from instrument.numerics.tv import TvState, total_variation
+from instrument.numerics.tv_steps import CORNERS
+from instrument.numerics.tval3 import AlState, tv_augmented_lagrangian
+
+__all__ = [
+    "CORNERS",
+    "AlState",
+    "Operator",
+    "RowProducts",
+    "Smooth",
+    "Spline",
+    "Stacked",
+    "TvState",
+    "Weighted",
+    "add",
+    "compiled",
+    "displacement_mse",
+    "grow_older",
+    "inlined",
+    "largest_eigenvalue",
+    "offset_free_mse",
+    "one_blas_thread",
+    "psnr",
+    "smooth",
+    "solve",
+    "ssim_global",
+    "ssim_local",
+    "total_variation",
+    "tv_augmented_lagrangian",
+]

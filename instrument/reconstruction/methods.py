@@ -1,0 +1,130 @@
+"""How an image can be made: one solver a name, all with the same contract."""
+
+from dataclasses import dataclass
+from typing import Final, Literal, Protocol, TypeAlias
+
+import numpy as np
+
+from instrument.numerics import total_variation, tv_augmented_lagrangian
+from instrument.reconstruction.conventional import inverse_walsh
+from instrument.reconstruction.dgi import ghost_image
+from instrument.reconstruction.problem import Problem
+from instrument.reconstruction.region import Region
+from instrument.reconstruction.shifted_hadamard import ShiftedHadamard
+from protocols import Floats, InputError, Singles
+
+Method: TypeAlias = Literal["tv", "tv-fourier", "tv-bregman", "tv-al", "dgi", "conventional"]
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """What a solver found."""
+
+    image: Floats | Singles
+    """``(height, width)`` of ``region``, in value units for one pixel and one pattern."""
+
+    region: Region
+    """Which pixels these are."""
+
+    misfit: float = float("nan")
+    """Root mean square of what the image leaves unexplained, over the noise; NaN where the solver does not tell."""
+
+    iterations: int = 0
+    """Iterations of the solver; 0 where it has none."""
+
+
+class Solver(Protocol):
+    """Finds the image of a problem."""
+
+    def __call__(self, problem: Problem, strength: float) -> Solution:
+        """Solve, with a smoothing of this strength where the solver smooths."""
+        ...
+
+
+@dataclass(frozen=True)
+class ImageMethod:
+    """One way to make an image."""
+
+    summary: str
+    """One line for people."""
+
+    solve: Solver
+    """Makes the image."""
+
+    strength: float | None = None
+    """Usual strength of the smoothing in units of the noise; None for a method that has none."""
+
+
+def _tv(problem: Problem, strength: float) -> Solution:
+    rows, values = problem.hadamard()
+    state = total_variation(rows, values, strength=strength)
+    return Solution(state.image, problem.region, state.misfit, state.iterations)
+
+
+def _tv_fourier(problem: Problem, strength: float) -> Solution:
+    rows, values = problem.with_fourier()
+    state = total_variation(rows, values, strength=strength)
+    return Solution(state.image, problem.region, state.misfit, state.iterations)
+
+
+def _tv_bregman(problem: Problem, strength: float) -> Solution:
+    rows, values = problem.hadamard()
+    state = total_variation(rows, values, strength=strength, reweightings=0, bregman_steps=1)
+    return Solution(state.image, problem.region, state.misfit, state.iterations)
+
+
+def _tv_al(problem: Problem, strength: float) -> Solution:
+    del strength  # its weight is set against the largest eigenvalue, not against the noise
+    rows, values = problem.hadamard()
+    state = tv_augmented_lagrangian(rows, values)
+    return Solution(state.image, problem.region, state.misfit, state.iterations)
+
+
+def _dgi(problem: Problem, strength: float) -> Solution:
+    """Differential ghost image of both patterns of each pair, with the gain that explains the differences best."""
+    del strength
+    pairs, size, area = problem.values.pairs, problem.values.size, problem.region
+    image = np.zeros(area.shape)
+    lit = np.where((pairs == 0).all(axis=1), size**2, size**2 / 2)
+    for sign, counted, place_px, pattern_sum in (
+        (1.0, problem.values.positive, problem.places.positive, lit),
+        (-1.0, problem.values.negative, problem.places.negative, size**2 - lit),
+    ):
+        terms = np.stack([np.zeros_like(pairs), pairs])  # (1 + H) / 2, (1 - H) / 2
+        patterns = ShiftedHadamard.of([0.5, 0.5 * sign], terms, np.stack([place_px] * 2), size, area)
+        image += ghost_image(patterns, counted.astype(np.float32), pattern_sum.astype(np.float32))
+    rows, values = problem.hadamard()
+    explained = rows.matvec(image.astype(np.float32).ravel())
+    power = float(np.vdot(explained, explained))
+    return Solution(image * (float(np.vdot(explained, values)) / power if power > 0 else 0.0), area)
+
+
+def _conventional(problem: Problem, strength: float) -> Solution:
+    del strength
+    values = problem.values
+    return Solution(inverse_walsh(values.difference, values.pairs, values.size), Region.whole(values.size))
+
+
+METHODS: Final[dict[Method, ImageMethod]] = {
+    "tv": ImageMethod("least total variation, edges found freed", _tv, 3.0),
+    "tv-fourier": ImageMethod("the same, of the Fourier values' dithering too", _tv_fourier, 3.0),
+    "tv-bregman": ImageMethod("least total variation, with a Bregman step instead of edges freed", _tv_bregman, 5.0),
+    "tv-al": ImageMethod("TVAL3's model with its default weights", _tv_al),
+    "dgi": ImageMethod("differential ghost imaging", _dgi),
+    "conventional": ImageMethod("the inverse Hadamard transform, which ignores the motion", _conventional),
+}
+"""Every method by its name."""
+
+
+def method_of(name: str) -> ImageMethod:
+    """Give the method of that name.
+
+    Raises:
+        InputError: there is none.
+    """
+    for known, method in METHODS.items():
+        if known == name:
+            return method
+    raise InputError(
+        saw=f"the image method {name!r}", expected=f"one of {', '.join(METHODS)}", remedy="correct the name"
+    )

@@ -1,0 +1,114 @@
+"""A recording as analysis sees it: values, when they were measured, which frames to trust. No file, no device."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+
+from instrument.plan import Plan
+from instrument.recording.timing import TimingReport
+from protocols import Floats, InputError, Mask, Truth
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """One run. A run that broke is a shorter recording with a mask."""
+
+    plan: Plan
+    """What was asked for. ``plan.frames`` may be more than ``len(values)``."""
+
+    values: Floats
+    """``(frames, patterns_per_frame)``: single-pixel values in play order; NaN where no value was measured."""
+
+    frame_valid: Mask
+    """``(frames,)``: whether every pattern of the frame was counted in its own bin."""
+
+    picture_time_s: float
+    """Time from one pattern to the next, as read back from the modulator."""
+
+    edge_time_s: Floats | None = None
+    """As ``values``: hardware time of each pattern's opening edge from the first one on; NaN where missing."""
+
+    photon_counts: bool = False
+    """Whether values are photon counts (Poisson) or of a detector that does not count."""
+
+    dead_time_s: float = 0.0
+    """Non-paralyzable dead time of detector and counter."""
+
+    dark_rate_hz: float = 0.0
+    """Dark counts a second."""
+
+    background: Floats | None = None
+    """As ``values``: what stands still beside the object, measured without it by the same patterns; still in ``values``."""
+
+    truth: Truth | None = None
+    """Simulated runs only: what really was there."""
+
+    timing: TimingReport | None = None
+    """The timing audit; None where a run was cut off before it."""
+
+    path: Path | None = None
+    """The file it came from."""
+
+    def __len__(self) -> int:
+        """Frames recorded."""
+        return len(self.values)
+
+    @property
+    def frame_time_s(self) -> float:
+        """Time from one frame to the next."""
+        patterns: int = self.values.shape[1]
+        return self.picture_time_s * patterns
+
+    @property
+    def pattern_time_s(self) -> Floats:
+        """``(frames, patterns_per_frame)``: middle of each pattern, from the first edge on, by the nominal picture time."""
+        index = np.arange(self.values.size, dtype=np.float64).reshape(self.values.shape)
+        return (index + 0.5) * self.picture_time_s
+
+    def first(self, frames: int) -> Self:
+        """The same run, ended after so many frames."""
+        truth = self.truth
+        if truth is not None:
+            truth = Truth(displacement_px=truth.displacement_px[:frames], image=truth.image)
+        return replace(
+            self,
+            values=self.values[:frames],
+            frame_valid=self.frame_valid[:frames],
+            edge_time_s=None if self.edge_time_s is None else self.edge_time_s[:frames],
+            background=None if self.background is None else self.background[:frames],
+            truth=truth,
+        )
+
+    def minus(self, background: "Recording") -> Self:
+        """The same run and, to be taken off, a stationary background recorded with the same patterns and no object.
+
+        The values stay as they were counted: dead time bends both, so the light of each is found first, then subtracted.
+
+        Raises:
+            InputError: the background was recorded with other patterns or another detector, or is too short.
+        """
+        ours, theirs = self.plan, background.plan
+        same = ours.model_copy(update={"motion": None, "frames": 1}) == theirs.model_copy(
+            update={"motion": None, "frames": 1}
+        )
+        if not same or len(background) < len(self):
+            raise InputError(
+                saw=f"a background of {len(background)} frames by the plan {theirs.model_dump_json()}",
+                expected=f"at least {len(self)} frames by the plan {ours.model_dump_json()}",
+                remedy="record the background with the same plan.toml, without [motion] and without the object",
+            )
+        if self.photon_counts != background.photon_counts or self.background is not None:
+            raise InputError(
+                saw="a second background"
+                if self.background is not None
+                else "one recording of photon counts and one of none",
+                expected="one background by the same detector",
+                remedy="record it with the same bench.toml and subtract it once",
+            )
+        return replace(
+            self,
+            background=background.values[: len(self)],
+            frame_valid=self.frame_valid & background.frame_valid[: len(self)],
+        )

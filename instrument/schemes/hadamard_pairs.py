@@ -1,0 +1,101 @@
+"""The Hadamard half of a scheme: which pattern each frame shows, and planes and play order of a whole run."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from pydantic import Field
+
+from instrument.config import SchemeSettings
+from instrument.patterns import HadamardOrder, hadamard_order, hadamard_signs
+from instrument.plan import Plan
+from instrument.schemes.columns import Column
+from instrument.schemes.scheme import ImageRows
+from protocols import Bytes, Floats, Integers, PatternSequence
+
+_HADAMARDS_AT_ONCE = 512  # of 16 kB each: keeps the unpacked signs below 10 MB
+
+
+class HadamardSettings(SchemeSettings):
+    """Settings of every scheme that shows Hadamard patterns."""
+
+    hadamard_order: HadamardOrder = "tv"
+    """In which order Hadamard patterns are taken: ascending c_i + c_j, ascending (c_i + 1)(c_j + 1), or Sylvester's."""
+
+    shuffle_seed: int | None = Field(default=None, ge=0)
+    """Shuffle the chosen Hadamard patterns in time by this seed: better early images. None keeps the order."""
+
+
+class DitheredSettings(SchemeSettings):
+    """Settings of every scheme that shows grey patterns made binary by dithering."""
+
+    upsampling: int = Field(default=1, gt=0)
+    """Dithering samples a side of one image pixel. Must divide the plan's ``superpixel``."""
+
+    def check(self, image_size: int, superpixel: int) -> None:
+        """Refuse samples that are no whole mirrors."""
+        super().check(image_size, superpixel)
+        if superpixel % self.upsampling:
+            raise ValueError(
+                f"scheme.upsampling is {self.upsampling}: it must divide superpixel = {superpixel}, the mirrors a pixel side"
+            )
+
+
+def hadamard_rows(plan: Plan, settings: HadamardSettings, columns: Sequence[Column]) -> ImageRows:
+    """List the Hadamard pattern of each frame, in time order, and the columns of H+ and H-."""
+    positive, negative = (
+        next(k for k, column in enumerate(columns) if (column.role, column.sign) == ("hadamard", sign))
+        for sign in (1, -1)
+    )
+    return ImageRows(_frame_pairs(plan, settings), positive, negative)
+
+
+def pair_light(columns: Sequence[Column]) -> Floats:
+    """Weights of the total light S = I_H+ + I_H-, as a pattern and its complement add to the all-one pattern."""
+    return np.array([1.0 if column.role == "hadamard" else 0.0 for column in columns])
+
+
+def _frame_pairs(plan: Plan, settings: HadamardSettings) -> Integers:
+    """``(frames, 2)``: Walsh rows (c_i down, c_j across) of each frame's Hadamard pattern, in time order."""
+    chosen = hadamard_order(plan.image_size, settings.hadamard_order, min(plan.frames, plan.image_size**2))
+    if settings.shuffle_seed is not None:
+        chosen = np.random.default_rng(settings.shuffle_seed).permutation(chosen)
+    return chosen[np.arange(plan.frames) % len(chosen)]
+
+
+def sequence_of(plan: Plan, fixed: Bytes, pairs: Integers | None, **mirrors: Any) -> PatternSequence:
+    """Planes and play order of frames that show the fixed patterns, then H+ and H- of their Hadamard pattern.
+
+    Planes: the fixed patterns, then H+ and H- of each different Hadamard pattern. The complement of the all-one Hadamard
+    pattern is dark and serves as guard; where it is not shown, a dark plane is added.
+
+    Args:
+        plan: the run.
+        fixed: ``(n, samples, samples)`` of 0 and 1, shown in every frame; n may be 0.
+        pairs: ``(frames, 2)`` of ``ImageRows``; None where no Hadamard patterns are shown.
+        mirrors: ``columns`` and ``rows`` of the modulator.
+
+    Raises:
+        PlanError: the field does not fit on the mirrors.
+    """
+    size, samples = plan.image_size, fixed.shape[-1]
+    unique = np.zeros((0, 2), np.int64) if pairs is None else pairs[: size**2]
+    finer = samples // size
+    packed = [np.packbits(fixed, axis=-1)]
+    for first in range(0, len(unique), _HADAMARDS_AT_ONCE):
+        signs = hadamard_signs(size, unique[first : first + _HADAMARDS_AT_ONCE])
+        lit = np.stack([signs > 0, signs < 0], axis=1).reshape(-1, size, size)
+        packed.append(np.packbits(lit.repeat(finer, 1).repeat(finer, 2), axis=-1))
+    planes = np.concatenate(packed)
+    dark = np.flatnonzero(~planes.any(axis=(1, 2)))
+    if not len(dark):
+        planes = np.concatenate([planes, np.zeros_like(planes[:1])])
+        dark = np.array([len(planes) - 1])
+
+    play = np.empty((plan.frames, plan.patterns_per_frame), np.int64)
+    play[:, : len(fixed)] = np.arange(len(fixed))
+    if len(unique):
+        positive = len(fixed) + 2 * (np.arange(plan.frames) % len(unique))
+        play[:, len(fixed)], play[:, len(fixed) + 1] = positive, positive + 1
+    order = np.concatenate([play.ravel(), dark[:1]])
+    return PatternSequence(planes=planes, play_order=order, grid=plan.grid(**mirrors), samples=samples)

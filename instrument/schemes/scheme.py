@@ -1,0 +1,99 @@
+"""What a scheme is: the patterns of one frame, and what the light of each pattern says.
+
+A scheme is the only place that knows in which column of the values a pattern stands. Whoever needs position or image asks for
+the scheme's ``position`` or ``image_rows``; a scheme may lack either of them.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+from instrument.schemes.columns import Column
+from instrument.schemes.reading import PositionReading
+from protocols import Bytes, Floats, InputError, Integers, PatternSequence
+
+
+@dataclass(frozen=True, eq=False)
+class ImageRows:
+    """The Hadamard pattern of each frame, shown as H+ = (1 + H)/2 and as its complement H- = (1 - H)/2."""
+
+    pairs: Integers
+    """``(frames, 2)``: Walsh rows (c_i down, c_j across) of each frame's pattern H = w_i(y) w_j(x)."""
+
+    positive: int
+    """Column of H+."""
+
+    negative: int
+    """Column of H-."""
+
+
+@runtime_checkable
+class Scheme(Protocol):
+    """Patterns and their meaning for one plan. Making one is cheap: patterns are synthesised when they are asked for."""
+
+    @property
+    def name(self) -> str:
+        """Name under which the scheme is installed."""
+        ...
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """Patterns of a frame in play order."""
+        ...
+
+    @property
+    def light_weights(self) -> Floats:
+        """``(patterns_per_frame,)``: the total light S of a frame is the sum of its values times these weights."""
+        ...
+
+    @property
+    def position(self) -> PositionReading | None:
+        """How the values of a frame give the object's position; None for a scheme that sees no position."""
+        ...
+
+    @property
+    def fixed_patterns(self) -> Bytes:
+        """``(n, samples, samples)`` of 0 and 1: patterns that are the same in every frame, in the order of their columns."""
+        ...
+
+    @property
+    def image_rows(self) -> ImageRows | None:
+        """What each frame says of the image; None for a scheme that only tracks."""
+        ...
+
+    def sequence(self, columns: int = 1024, rows: int = 768) -> PatternSequence:
+        """Unique planes and play order for a modulator of ``columns`` x ``rows`` mirrors, guard picture included.
+
+        Raises:
+            PlanError: the field does not fit on the mirrors.
+        """
+        ...
+
+
+def position_of(scheme: Scheme) -> PositionReading:
+    """How a scheme's values give the object's position.
+
+    Raises:
+        InputError: the scheme sees no position.
+    """
+    if scheme.position is None:
+        raise InputError(
+            saw=f"the scheme {scheme.name}, whose patterns see no position",
+            expected="a scheme that tracks",
+            remedy='record with another scheme, such as "fourier-hadamard", or reconstruct the object as one at rest',
+        )
+    return scheme.position
+
+
+def image_rows_of(scheme: Scheme) -> ImageRows:
+    """What the frames of a scheme say of the image.
+
+    Raises:
+        InputError: the scheme only tracks.
+    """
+    if scheme.image_rows is None:
+        raise InputError(
+            saw=f"the scheme {scheme.name}, which only tracks",
+            expected="a scheme that shows Hadamard patterns too",
+            remedy='record with another scheme, such as "fourier-hadamard"',
+        )
+    return scheme.image_rows
