@@ -2,5 +2,16 @@
 
 from instrument.analysis.analyse import Analysis, OnStep, Tracking, analyse
 from instrument.analysis.merit import Figures, figures_of
+from instrument.analysis.stored import analyse_path, recording_to_analyse, store
 
-__all__ = ["Analysis", "Figures", "OnStep", "Tracking", "analyse", "figures_of"]
+__all__ = [
+    "Analysis",
+    "Figures",
+    "OnStep",
+    "Tracking",
+    "analyse",
+    "analyse_path",
+    "figures_of",
+    "recording_to_analyse",
+    "store",
+]

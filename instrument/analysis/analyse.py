@@ -87,6 +87,12 @@ def analyse(
             remedy="correct the name",
         )
     method_of(method)
+    if isinstance(recording, Recording) and not recording.frame_valid.any():  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise InputError(
+            saw=f"{len(recording)} frames, none of them valid",
+            expected="a recording with usable frames",
+            remedy="look at /entry/timing/report in the file for why, and repeat the run",
+        )
     tell: OnStep = on_step or _tell_nobody
     started_s = time.perf_counter()
     measurement = Measurement.of(recording)

@@ -57,6 +57,9 @@ class Figures(Frozen):
     ssim_local: float | None = None
     """Wang et al. (2004), Gaussian window of 11 x 11, sigma 1.5."""
 
+    doubts: tuple[str, ...] = ()
+    """What should make a person doubt the result."""
+
     def rows(self) -> dict[str, str]:
         """The figures as a person reads them."""
         rows = {
@@ -76,21 +79,6 @@ class Figures(Frozen):
         if self.misfit is not None:
             rows["misfit"] = f"{self.misfit:.3f} (1 is the noise alone)"
         return {**rows, "analysis": f"{self.analysis_s:.2f} s"}
-
-    def warnings(self) -> tuple[str, ...]:
-        """What should make a person doubt the result."""
-        found: list[str] = []
-        if self.light_change > _LIGHT_CHANGE:
-            found.append(
-                f"the field's total light changed by {100 * self.light_change:.0f} % in the run: a lamp that drifts is allowed "
-                "for, an object that leaves the field is not: keep it inside, or record fewer frames"
-            )
-        if self.misfit is not None and self.misfit > _MISFIT:
-            found.append(
-                f"motion and image leave {self.misfit:.1f} times the noise unexplained: doubt both; look for an object that "
-                "leaves the field, a background that was not subtracted, or counts beyond the linear limit"
-            )
-        return tuple(found)
 
     def caption(self) -> str:
         """One line for a picture."""
@@ -120,12 +108,14 @@ def figures_of(
         reconstruction: the image; None where the scheme has none.
         took_s: time of the analysis.
     """
+    light_change = measurement.light_change()
     of_path, of_image = _path_figures(trajectory, truth), _image_figures(reconstruction, truth, measurement)
     return Figures(
         frames=len(measurement),
         frames_masked=int(np.count_nonzero(~measurement.valid)),
-        light_change=measurement.light_change(),
+        light_change=light_change,
         analysis_s=took_s,
+        doubts=_doubts(light_change, of_image.get("misfit")),
         **{"travel_px": None, "sigma_px": None, "misfit": None, **of_path, **of_image},
     )
 
@@ -156,3 +146,18 @@ def _image_figures(
         figures["ssim_global"] = ssim_global(image, truth.image, fit_gain=fit_gain)
         figures["ssim_local"] = ssim_local(image, truth.image, fit_gain=fit_gain)
     return figures
+
+
+def _doubts(light_change: float, misfit: float | None) -> tuple[str, ...]:
+    found: list[str] = []
+    if light_change > _LIGHT_CHANGE:
+        found.append(
+            f"the field's total light changed by {100 * light_change:.0f} % in the run: a lamp that drifts is allowed "
+            "for, an object that leaves the field is not: keep it inside, or record fewer frames"
+        )
+    if misfit is not None and misfit > _MISFIT:
+        found.append(
+            f"motion and image leave {misfit:.1f} times the noise unexplained: doubt both; look for an object that "
+            "leaves the field, a background that was not subtracted, or counts beyond the linear limit"
+        )
+    return tuple(found)

@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
+from instrument.analysis import store
 from instrument.cli.acquire import record
-from instrument.cli.analyse import analysed, store
+from instrument.cli.analyse import analysed
 from instrument.cli.options import JsonOption, OverwriteOption, print_json
 from instrument.plan import Plan
 from instrument.storage import refuse_existing

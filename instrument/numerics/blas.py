@@ -8,18 +8,50 @@ machine, and on a busy one the two wait for each other in busy loops: measured a
 from collections.abc import Generator
 from contextlib import contextmanager
 from functools import cache
+from threading import Lock
 from typing import Any
 
 from threadpoolctl import ThreadpoolController
 
 
+class BlasLimit:
+    """One BLAS thread in the whole process, from the first who wants it until the last has enough."""
+
+    def __init__(self) -> None:
+        """Prepare; nothing is limited yet."""
+        self._lock = Lock()
+        self._holders = 0
+        self._limiter: Any = None  # threadpoolctl has no types
+
+    @contextmanager
+    def held(self) -> Generator[None, None, None]:
+        """Hold the limit inside the block. Blocks may overlap, in one thread or in several."""
+        with self._lock:
+            if self._holders == 0:
+                self._limiter = _controller().limit(limits=1, user_api="blas")
+            self._holders += 1
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._holders -= 1
+                if self._holders == 0:
+                    self._limiter.restore_original_limits()
+
+
 @cache
-def _blas() -> Any:  # threadpoolctl has no types
+def _controller() -> Any:
     return ThreadpoolController()
+
+
+_whole_process = BlasLimit()
 
 
 @contextmanager
 def one_blas_thread() -> Generator[None, None, None]:
-    """Let BLAS use one thread inside the block, or inside the function that is decorated with it; in the whole process."""
-    with _blas().limit(limits=1, user_api="blas"):
+    """Let BLAS use one thread inside the block, or inside the function that is decorated with it; in the whole process.
+
+    Blocks may overlap, in one thread or in several: the limit is lifted when the last of them ends.
+    """
+    with _whole_process.held():
         yield

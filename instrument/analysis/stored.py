@@ -1,0 +1,71 @@
+"""The analysis of a recording in a file: read, analysed, written into it."""
+
+from pathlib import Path
+
+from instrument.analysis.analyse import Analysis, OnStep, Tracking, analyse
+from instrument.analysis.merit import Figures
+from instrument.reconstruction import Method
+from instrument.recording import Recording
+from instrument.storage import open_recording, write_analysis
+
+
+def analyse_path(
+    path: str | Path,
+    *,
+    tracking: Tracking = "joint",
+    method: Method = "tv",
+    frames: int | None = None,
+    background: str | Path | None = None,
+    on_step: OnStep | None = None,
+) -> Figures:
+    """Analyse a recording, write ``/entry/analysis`` into it, and give its figures.
+
+    Args:
+        path: of the recording.
+        tracking: how the path is found.
+        method: how the image is made.
+        frames: use the first so many only; None for all.
+        background: recording of the same plan without the object, to be subtracted.
+        on_step: told of progress.
+
+    Raises:
+        InputError: no readable recording, no usable frame, an object that leaves the field.
+    """
+    recording = recording_to_analyse(path, background)
+    used = recording if frames is None else recording.first(frames)
+    analysis = analyse(used, tracking=tracking, method=method, on_step=on_step)
+    store(path, recording, analysis)
+    return analysis.figures
+
+
+def recording_to_analyse(path: str | Path, background: str | Path | None = None) -> Recording:
+    """Open a recording and, where one is given, take a background off it.
+
+    Raises:
+        InputError: no readable recording, or a background that does not go with it.
+    """
+    recording = open_recording(path)
+    return recording if background is None else recording.minus(open_recording(background))
+
+
+def store(path: str | Path, recording: Recording, analysis: Analysis) -> None:
+    """Write an analysis into its recording; frames that were left out at the end are NaN there.
+
+    Raises:
+        InputError: the file cannot be changed.
+    """
+    found, image = analysis.trajectory, analysis.reconstruction
+    frames = len(recording)
+    write_analysis(
+        path,
+        displacement_px=None if found is None else analysis.padded(found.displacement_px, frames),
+        sigma_px=None if found is None else analysis.padded(found.sigma_px, frames),
+        image=analysis.image,
+        table=analysis.figures.model_dump(mode="json"),
+        settings={
+            "tracking": analysis.tracking,
+            "method": None if image is None else image.method,
+            "frames": analysis.figures.frames,
+            "refinements": analysis.refinements,
+        },
+    )
