@@ -1,26 +1,9 @@
 """The framework: plans, acquisition, tracking, reconstruction, and the bench that composes the devices.
 
-A lab script needs `Instrument` and `Plan` to record, `track` and `reconstruct` to analyse.
+A lab script needs ``Instrument`` and ``Plan`` to record, ``track`` and ``reconstruct`` to analyse. The names are listed in
+``__init__.pyi``; each is loaded when it is first used, so that a script that only reads files loads no solver.
 """
 
-from instrument.analysis import Analysis, analyse
-from instrument.instrument import Instrument
-from instrument.plan import MotionPlan, Plan
-from instrument.reconstruction import Reconstruction, reconstruct
-from instrument.recording import Recording
-from instrument.storage import open_recording
-from instrument.tracking import Trajectory, track
+import lazy_loader as _lazy
 
-__all__ = [
-    "Analysis",
-    "Instrument",
-    "MotionPlan",
-    "Plan",
-    "Reconstruction",
-    "Recording",
-    "Trajectory",
-    "analyse",
-    "open_recording",
-    "reconstruct",
-    "track",
-]
+__getattr__, __dir__, __all__ = _lazy.attach_stub(__name__, __file__)

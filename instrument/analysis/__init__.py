@@ -1,6 +1,6 @@
 """The whole way from a recording to its figures."""
 
-from instrument.analysis.analyse import Analysis, OnStep, Tracking, analyse
+from instrument.analysis.analyse import Analysis, OnStep, analyse
 from instrument.analysis.merit import Figures, figures_of
 from instrument.analysis.stored import analyse_path, recording_to_analyse, store
 
@@ -8,7 +8,6 @@ __all__ = [
     "Analysis",
     "Figures",
     "OnStep",
-    "Tracking",
     "analyse",
     "analyse_path",
     "figures_of",

@@ -3,20 +3,18 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, get_args
+from typing import TypeAlias, get_args
 
 import numpy as np
 
 from instrument.analysis.merit import Figures, figures_of
+from instrument.choices import Method, Tracking
 from instrument.joint import refine
 from instrument.measurement import Measurement
-from instrument.reconstruction import Method, Reconstruction, method_of, reconstruct
+from instrument.reconstruction import Reconstruction, method_of, reconstruct
 from instrument.recording import Recording
 from instrument.tracking import Trajectory, track
 from protocols import Floats, InputError
-
-Tracking: TypeAlias = Literal["joint", "smooth", "per-frame"]
-"""``joint``: path and image refined together; ``smooth``: one pass over all frames; ``per-frame``: the paper's."""
 
 OnStep: TypeAlias = Callable[[str, int, int], None]
 """Called with what is being done, how many steps are done, and how many there are."""

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from instrument.analysis.analyse import Analysis, OnStep, Tracking, analyse
+from instrument.analysis.analyse import Analysis, OnStep, analyse
 from instrument.analysis.merit import Figures
-from instrument.reconstruction import Method
+from instrument.choices import Method, Tracking
 from instrument.recording import Recording
 from instrument.storage import open_recording, write_analysis
 

@@ -1,9 +1,10 @@
 """The image of an object that moved: structured rows, total variation, ghost imaging, inverse transform."""
 
+from instrument.choices import Method
 from instrument.reconstruction.conventional import inverse_hadamard, inverse_walsh
 from instrument.reconstruction.correlation import FixedPatterns
 from instrument.reconstruction.dgi import ghost_image
-from instrument.reconstruction.methods import METHODS, ImageMethod, Method, Solution, Solver, method_of
+from instrument.reconstruction.methods import METHODS, ImageMethod, Solution, Solver, method_of
 from instrument.reconstruction.problem import Places, Problem
 from instrument.reconstruction.reconstruct import Reconstruction, reconstruct
 from instrument.reconstruction.region import Region

@@ -1,10 +1,11 @@
 """How an image can be made: one solver a name, all with the same contract."""
 
 from dataclasses import dataclass
-from typing import Final, Literal, Protocol, TypeAlias
+from typing import Final, Protocol
 
 import numpy as np
 
+from instrument.choices import Method
 from instrument.numerics import total_variation, tv_augmented_lagrangian
 from instrument.reconstruction.conventional import inverse_walsh
 from instrument.reconstruction.dgi import ghost_image
@@ -12,8 +13,6 @@ from instrument.reconstruction.problem import Problem
 from instrument.reconstruction.region import Region
 from instrument.reconstruction.shifted_hadamard import ShiftedHadamard
 from protocols import Floats, InputError, Singles
-
-Method: TypeAlias = Literal["tv", "tv-fourier", "tv-bregman", "tv-al", "dgi", "conventional"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from instrument.choices import Method
 from instrument.measurement import Measurement
 from instrument.numerics import one_blas_thread
-from instrument.reconstruction.methods import Method, Solution, method_of
+from instrument.reconstruction.methods import Solution, method_of
 from instrument.reconstruction.problem import Problem
 from instrument.reconstruction.region import Region
 from instrument.recording import Recording

@@ -1,7 +1,8 @@
 """From values to displacement: frame by frame as the paper does, smoothed over the whole run, or while the run goes on."""
 
+from instrument.choices import TrackingMethod
 from instrument.tracking.streaming import StreamingTracker
-from instrument.tracking.track import TrackingMethod, track
+from instrument.tracking.track import track
 from instrument.tracking.trajectory import Trajectory, as_trajectory
 
 __all__ = ["StreamingTracker", "TrackingMethod", "Trajectory", "as_trajectory", "track"]

@@ -1,15 +1,14 @@
 """The one way from a recording to a trajectory."""
 
-from typing import Literal, TypeAlias, get_args
+from typing import get_args
 
+from instrument.choices import TrackingMethod
 from instrument.measurement import Measurement
 from instrument.recording import Recording
 from instrument.tracking.per_frame import track_per_frame
 from instrument.tracking.trajectory import Trajectory
 from instrument.tracking.whole_run import track_smooth
 from protocols import InputError
-
-TrackingMethod: TypeAlias = Literal["smooth", "per-frame"]
 
 
 def track(

@@ -1,0 +1,12 @@
+"""Names of methods that a person can choose among: here, so that the command can offer them without loading what they do."""
+
+from typing import Literal, TypeAlias
+
+TrackingMethod: TypeAlias = Literal["smooth", "per-frame"]
+"""How ``track`` finds the path: one smooth path through all frames; each frame by itself, as the paper does."""
+
+Tracking: TypeAlias = Literal["joint", "smooth", "per-frame"]
+"""How an analysis finds the path: path and image refined together (``joint``), or as ``TrackingMethod``."""
+
+Method: TypeAlias = Literal["tv", "tv-fourier", "tv-bregman", "tv-al", "dgi", "conventional"]
+"""How an image is made."""
