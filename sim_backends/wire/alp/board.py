@@ -27,7 +27,7 @@ def _store(address: int | None, value: int) -> None:
     ctypes.c_uint32.from_address(address or 0).value = value
 
 
-class Board:
+class EmulatedAlpBoard:
     """One V-7000 and its library. Calls may come from any thread; AlpSeqPut and AlpProjWait let others through."""
 
     def __init__(self, settings: AlpSettings, bench: OpticalBench) -> None:

@@ -2,7 +2,7 @@
 
 from protocols import BenchContext, TransportPlugin
 from sim_backends.bench import bench_of
-from sim_backends.wire.alp.board import Board
+from sim_backends.wire.alp.board import EmulatedAlpBoard
 from sim_backends.wire.alp.library import AlpLibrary
 from sim_backends.wire.alp.settings import AlpSettings
 
@@ -13,7 +13,7 @@ def open_library(settings: AlpSettings, context: BenchContext) -> AlpLibrary:
     Raises:
         InputError: bench.toml has no ``[scene]``.
     """
-    return AlpLibrary(Board(settings, bench_of(context, "alp-emulator")))
+    return AlpLibrary(EmulatedAlpBoard(settings, bench_of(context, "alp-emulator")))
 
 
 plugin = TransportPlugin(

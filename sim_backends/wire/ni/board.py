@@ -34,7 +34,7 @@ Samples = NDArray[np.uint32]
 _STILL_ALLOWED = ("ClearTask", "UnregisterEveryNSamplesEvent", "GetErrorString", "GetSystemInfoAttributeUInt32")
 
 
-class Board:
+class EmulatedNiBoard:
     """NI-DAQmx with one or more X-series boards of one kind. Safe to call from many threads."""
 
     def __init__(self, settings: NiSettings, bench: OpticalBench) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 import usb.backend
 import usb.core
 
-from sim_backends.wire.usb_ctr.board import UsbCtrBoard
+from sim_backends.wire.usb_ctr.board import EmulatedUsbCtrBoard
 from sim_backends.wire.usb_ctr.requests import Gone, Stall, TimedOut
 from sim_backends.wire.usb_ctr.settings import NoAccess, UsbCtrSettings
 
@@ -46,7 +46,7 @@ def _no_device() -> Exception:
 class UsbCtrBackend(_IBackend):  # type: ignore[misc]
     """``usb.backend.IBackend`` for ``usb.core.find(backend=...)``: one device, one configuration, one interface."""
 
-    def __init__(self, board: UsbCtrBoard) -> None:
+    def __init__(self, board: EmulatedUsbCtrBoard) -> None:
         self.board = board
         self.transcript: list[tuple[int, int, int, int, bytes]] = []
         """bmRequestType, bRequest, wValue, wIndex and data of each vendor transfer, in order, for tests."""
@@ -60,7 +60,7 @@ class UsbCtrBackend(_IBackend):  # type: ignore[misc]
 
     # Descriptors
 
-    def enumerate_devices(self) -> list[UsbCtrBoard]:
+    def enumerate_devices(self) -> list[EmulatedUsbCtrBoard]:
         """The one device, as long as it is there."""
         return [] if self.board.gone else [self.board]
 

@@ -16,7 +16,7 @@ _RUNNING, _OVERRUN, _FPGA_CONFIGURED, _CONFIGURING = 0x0002, 0x0004, 0x0100, 0x0
 _RESET, _FPGA_CONFIG, _FPGA_DATA = 0x42, 0x50, 0x51
 
 
-class UsbCtrBoard:
+class EmulatedUsbCtrBoard:
     """A USB-CTR04 or 08 from power-up on. Safe to call from many threads."""
 
     def __init__(self, settings: UsbCtrSettings, bench: OpticalBench) -> None:

@@ -3,7 +3,7 @@
 from protocols import BenchContext, TransportPlugin
 from sim_backends.wire.seen_edges import photon_bench_of
 from sim_backends.wire.usb_ctr.backend import UsbCtrBackend
-from sim_backends.wire.usb_ctr.board import UsbCtrBoard
+from sim_backends.wire.usb_ctr.board import EmulatedUsbCtrBoard
 from sim_backends.wire.usb_ctr.settings import UsbCtrSettings
 
 _NAME = "usb-ctr-emulator"
@@ -18,7 +18,7 @@ def open_emulator(settings: UsbCtrSettings, context: BenchContext) -> UsbCtrBack
     Raises:
         InputError: no optical bench, or one that does not count photons.
     """
-    return UsbCtrBackend(UsbCtrBoard(settings, photon_bench_of(context, _NAME)))
+    return UsbCtrBackend(EmulatedUsbCtrBoard(settings, photon_bench_of(context, _NAME)))
 
 
 plugin = TransportPlugin(
