@@ -2,7 +2,7 @@
 
 from drivers.alp.inspection import Inspection
 from drivers.alp.settings import Dlp7000Settings
-from protocols.errors import InputError, PictureTimeTooShort, PlanError
+from protocols.errors import InputError, PlanError
 from protocols.modulator import ModulatorTiming, PatternSequence
 
 
@@ -23,31 +23,18 @@ def check_settings(settings: Dlp7000Settings, device: str) -> None:
 
 
 def check_plan(sequence: PatternSequence, timing: ModulatorTiming, found: Inspection, device: str) -> None:
-    """Refuse a sequence or a timing that this board cannot play.
+    """Refuse a sequence or a timing that this board cannot play. Whether it fits into the memory is for ``plan_upload`` to say.
 
     Raises:
         PictureTimeTooShort: names the shortest.
         PlanError: another geometry, or a time out of range.
     """
-    limits, grid = found.limits, sequence.grid
-    if (grid.columns, grid.rows) != (limits.columns, limits.rows):
+    found.limits.check_geometry(sequence.grid, device)
+    found.limits.check_timing(timing, device)
+    if timing.sync_delay_us > found.longest_sync_delay_us:
         raise PlanError(
             device=device,
-            saw=f"patterns for {grid.columns} x {grid.rows} mirrors",
-            expected=f"{limits.columns} x {limits.rows}",
-            remedy="build the sequence with the columns and rows of this modulator's limits",
+            saw=f"a sync delay of {timing.sync_delay_us} us",
+            expected=f"at most {found.longest_sync_delay_us} us",
+            remedy="use 0, so that bins are pictures",
         )
-    if timing.picture_time_us < limits.shortest_picture_time_us:
-        raise PictureTimeTooShort(device, timing.picture_time_us, limits.shortest_picture_time_us)
-    for what, asked_us, longest_us, remedy in (
-        ("picture time", timing.picture_time_us, limits.longest_picture_time_us, "raise pattern_rate_hz"),
-        ("sync delay", timing.sync_delay_us, found.longest_sync_delay_us, "use 0, so that bins are pictures"),
-        ("sync width", timing.sync_width_us, timing.picture_time_us - 1, "give a pulse shorter than the picture"),
-    ):
-        if asked_us > longest_us:
-            raise PlanError(
-                device=device,
-                saw=f"a {what} of {asked_us} us",
-                expected=f"at most {longest_us} us",
-                remedy=remedy,
-            )

@@ -8,7 +8,7 @@ one that was measured on the rig, in darkness, after half an hour. The pulse-pai
 
 from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt
 
-from protocols import CounterLimits, CounterRun, Frozen, PlanError
+from protocols import CounterLimits, Frozen
 
 NAME = "pmt"
 """How errors and recordings name the counter."""
@@ -63,26 +63,3 @@ def counter_limits(
         max_bins=max_bins,
         edge_time_resolution_s=edge_time_resolution_s,
     )
-
-
-def check_run(device: str, run: CounterRun, limits: CounterLimits) -> None:
-    """Refuse a run that is faster or longer than the counter.
-
-    Raises:
-        PlanError: names what was asked and what is possible.
-    """
-    rate_hz = 1 / run.period_s
-    if rate_hz > limits.max_sync_rate_hz * (1 + 1e-9):
-        raise PlanError(
-            device=device,
-            saw=f"{rate_hz:.6g} sync edges a second",
-            expected=f"at most {limits.max_sync_rate_hz:.6g}",
-            remedy="lower pattern_rate_hz in plan.toml",
-        )
-    if limits.max_bins is not None and run.n_bins > limits.max_bins:
-        raise PlanError(
-            device=device,
-            saw=f"a run of {run.n_bins} patterns",
-            expected=f"at most {limits.max_bins}",
-            remedy="record fewer frames a run",
-        )

@@ -3,15 +3,16 @@
 The transport it takes instead of a local NI-DAQmx is a ``nidaqmx.GrpcSessionOptions`` with an empty session name.
 """
 
+from drivers.h10682.counter import H10682Counter
 from drivers.h10682.detector import NAME
-from drivers.ni.driver import NiPhotonCounter
+from drivers.ni.driver import ni_counter
 from drivers.ni.errors import NiFault, typed_error
 from drivers.ni.settings import NiSettings
 from drivers.ni.tasks import open_system
 from protocols import Availability, BenchContext, DriverPlugin
 
 
-def open_counter(settings: NiSettings, context: BenchContext) -> NiPhotonCounter:
+def open_counter(settings: NiSettings, context: BenchContext) -> H10682Counter:
     """Open the board that the settings name.
 
     Raises:
@@ -22,7 +23,7 @@ def open_counter(settings: NiSettings, context: BenchContext) -> NiPhotonCounter
         system = open_system(context.transport)
     except NiFault as fault:
         raise typed_error(fault, device=NAME) from fault
-    return NiPhotonCounter(settings, system, context.clock, simulated=context.transport is not None)
+    return ni_counter(settings, system, context.clock, simulated=context.transport is not None)
 
 
 def availability() -> Availability:
@@ -38,7 +39,7 @@ def availability() -> Availability:
 
 
 def probe() -> tuple[str, ...]:
-    """One line for each board that NI-DAQmx knows; none where it is not installed."""
+    """Give one line for each board that NI-DAQmx knows; none where it is not installed."""
     try:
         system = open_system()
         return tuple(f"{name}: {system.board(name).product}" for name in system.boards())
@@ -46,7 +47,7 @@ def probe() -> tuple[str, ...]:
         return ()
 
 
-plugin: DriverPlugin[NiSettings, NiPhotonCounter] = DriverPlugin(
+plugin: DriverPlugin[NiSettings, H10682Counter] = DriverPlugin(
     summary="H10682 photon counter on a National Instruments board (nidaqmx)",
     settings=NiSettings,
     open=open_counter,

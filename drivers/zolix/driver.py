@@ -23,11 +23,9 @@ from protocols import (
     DeviceTimeout,
     InputError,
     MotionProfile,
-    MotionTooFast,
     PlanError,
     StageLimits,
     StagePosition,
-    TravelExceeded,
     WrongState,
 )
 
@@ -114,17 +112,9 @@ class Ka400z:
             MotionTooFast: velocity, acceleration or start velocity too high.
             PlanError: so slow that it rounds to no pulse a second.
         """
-        limits = self.limits
-        low, high = limits.travel_mm
-        if not low <= target_mm <= high:
-            raise TravelExceeded(_NAME, target_mm, limits.travel_mm)
+        self.limits.check_target(target_mm, _NAME)
+        self.limits.check_profile(profile, _NAME)
         velocity, acceleration = profile.velocity_mm_s, profile.acceleration_mm_s2
-        if velocity > limits.max_velocity_mm_s:
-            raise MotionTooFast(_NAME, "velocity", velocity, limits.max_velocity_mm_s, "mm/s")
-        if acceleration > limits.max_acceleration_mm_s2:
-            raise MotionTooFast(_NAME, "acceleration", acceleration, limits.max_acceleration_mm_s2, "mm/s^2")
-        if profile.initial_velocity_mm_s > velocity:
-            raise MotionTooFast(_NAME, "initial velocity", profile.initial_velocity_mm_s, velocity, "mm/s")
         scale = self._settings.scale
         if min(scale.pulses(velocity), scale.pulses(acceleration)) < 1:
             raise PlanError(

@@ -19,7 +19,6 @@ from protocols import (
     DriverPlugin,
     Floats,
     Frozen,
-    PlanError,
     WrongState,
 )
 from sim_backends.bench import OpticalBench
@@ -109,21 +108,7 @@ class SimulatedCounter:
                 expected="an open, idle counter",
                 remedy="open it anew" if self._closed else "disarm it first",
             )
-        limits = self.limits
-        if run.period_s * limits.max_sync_rate_hz < 1:
-            raise PlanError(
-                device=_NAME,
-                saw=f"sync edges {run.period_s:g} s apart",
-                expected=f"at least {1 / limits.max_sync_rate_hz:g} s",
-                remedy="lower pattern_rate_hz",
-            )
-        if limits.max_bins is not None and run.n_bins > limits.max_bins:
-            raise PlanError(
-                device=_NAME,
-                saw=f"a run of {run.n_bins} bins",
-                expected=f"at most {limits.max_bins}",
-                remedy="record fewer frames a run",
-            )
+        self.limits.check_run(run, _NAME)
         self._armed = _Armed(run, self._bench.clock.now_s())
 
     def read(self, timeout_s: float) -> CountBlock:

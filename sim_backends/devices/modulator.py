@@ -13,10 +13,7 @@ from protocols import (
     Frozen,
     ModulatorLimits,
     ModulatorTiming,
-    PatternMemoryFull,
     PatternSequence,
-    PictureTimeTooShort,
-    PlanError,
     UploadProgress,
     WrongState,
 )
@@ -94,42 +91,13 @@ class SimulatedModulator:
             )
         self._refuse_closed()
         self._loaded = None
-        self._check(sequence, timing)
+        self.limits.check_sequence(sequence, _NAME)
+        self.limits.check_timing(timing, _NAME)
         if progress:
             for stored in range(1, len(sequence.planes) + 1):
                 progress(stored, len(sequence.planes))
         self._loaded, self._started = (sequence, timing), False
         return timing
-
-    def _check(self, sequence: PatternSequence, timing: ModulatorTiming) -> None:
-        limits, grid = self.limits, sequence.grid
-        if (grid.columns, grid.rows) != (limits.columns, limits.rows):
-            raise PlanError(
-                device=_NAME,
-                saw=f"patterns for {grid.columns} x {grid.rows} mirrors",
-                expected=f"{limits.columns} x {limits.rows}",
-                remedy="make the patterns for this modulator's own geometry",
-            )
-        if len(sequence.planes) > limits.unique_patterns:
-            raise PatternMemoryFull(_NAME, len(sequence.planes), limits.unique_patterns)
-        if len(sequence.play_order) > limits.play_order_entries:
-            raise PatternMemoryFull(_NAME, len(sequence.play_order), limits.play_order_entries, "play order entries")
-        if timing.picture_time_us < limits.shortest_picture_time_us:
-            raise PictureTimeTooShort(_NAME, timing.picture_time_us, limits.shortest_picture_time_us)
-        if timing.picture_time_us > limits.longest_picture_time_us:
-            raise PlanError(
-                device=_NAME,
-                saw=f"a picture time of {timing.picture_time_us} us",
-                expected=f"at most {limits.longest_picture_time_us} us",
-                remedy="raise pattern_rate_hz",
-            )
-        if timing.sync_width_us >= timing.picture_time_us:
-            raise PlanError(
-                device=_NAME,
-                saw=f"a sync pulse of {timing.sync_width_us} us in a picture time of {timing.picture_time_us} us",
-                expected="a pulse shorter than the picture time",
-                remedy="shorten sync_width_us",
-            )
 
     def start(self) -> None:
         """Play the order once; see ``protocols.PatternModulator.start``."""

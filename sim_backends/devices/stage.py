@@ -17,10 +17,8 @@ from protocols import (
     Floats,
     Frozen,
     MotionProfile,
-    MotionTooFast,
     StageLimits,
     StagePosition,
-    TravelExceeded,
     WrongState,
 )
 from sim_backends.bench import BenchClock, OpticalBench
@@ -187,17 +185,8 @@ class SimulatedStage:
 
     def check(self, target_mm: float, profile: MotionProfile) -> None:
         """Raise what ``move_to`` would raise, and move nothing."""
-        limits = self.limits
-        low, high = limits.travel_mm
-        if not low <= target_mm <= high:
-            raise TravelExceeded(_NAME, target_mm, limits.travel_mm)
-        for what, asked, highest, unit in (
-            ("velocity", profile.velocity_mm_s, limits.max_velocity_mm_s, "mm/s"),
-            ("initial velocity", profile.initial_velocity_mm_s, profile.velocity_mm_s, "mm/s"),
-            ("acceleration", profile.acceleration_mm_s2, limits.max_acceleration_mm_s2, "mm/s^2"),
-        ):
-            if asked > highest:
-                raise MotionTooFast(_NAME, what, asked, highest, unit)
+        self.limits.check_target(target_mm, _NAME)
+        self.limits.check_profile(profile, _NAME)
 
     def position(self) -> StagePosition:
         """Where the stage is now, in whole steps."""

@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from drivers.ni.driver import NiPhotonCounter
+from drivers.h10682.counter import H10682Counter
+from drivers.ni.driver import ni_counter
 from drivers.ni.errors import MEANINGS, NiFault
 from drivers.ni.samples import SampledCounter
 from drivers.ni.settings import NiSettings
@@ -47,7 +48,7 @@ def bench(
     tick_breaks: int | None = None,
     fault: NiFault | None = None,
     breaks_available: bool = False,
-) -> tuple[NiPhotonCounter, ScriptedNi, list[ScriptedTask], ScriptClock]:
+) -> tuple[H10682Counter, ScriptedNi, list[ScriptedTask], ScriptClock]:
     clock = ScriptClock()
     ticks = [123 + TICKS * k for k in range(len(samples))] if ticks is None else ticks
     tasks = [
@@ -57,7 +58,7 @@ def bench(
     for task in tasks:
         task.fault = fault or task.fault
     system = ScriptedNi(list(tasks))
-    return NiPhotonCounter(settings or NiSettings(), system, clock), system, tasks, clock
+    return ni_counter(settings or NiSettings(), system, clock), system, tasks, clock
 
 
 def run(n_bins: int, latency_s: float = 0.05) -> CounterRun:
@@ -295,14 +296,14 @@ def test_the_identity_names_board_head_and_versions() -> None:
 )
 def test_a_board_that_cannot_count_by_an_external_clock_is_refused_at_once(board: NiBoardFacts, saw: str) -> None:
     with pytest.raises(DeviceRefused, match=saw):
-        NiPhotonCounter(NiSettings(), ScriptedNi([], board), ScriptClock())
+        ni_counter(NiSettings(), ScriptedNi([], board), ScriptClock())
 
 
 def test_a_board_that_is_not_there_is_a_driver_unavailable() -> None:
     with pytest.raises(DriverUnavailable, match="INVALID_DEVICE_ID"):
-        NiPhotonCounter(NiSettings(), ScriptedNi([], NiFault("", -200220)), ScriptClock())
+        ni_counter(NiSettings(), ScriptedNi([], NiFault("", -200220)), ScriptClock())
     with pytest.raises(DeviceDisconnected, match="UNAVAILABLE"):
-        NiPhotonCounter(NiSettings(), ScriptedNi([], NiFault("", rpc_code="UNAVAILABLE")), ScriptClock())
+        ni_counter(NiSettings(), ScriptedNi([], NiFault("", rpc_code="UNAVAILABLE")), ScriptClock())
 
 
 @pytest.mark.parametrize(

@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 
 from drivers.usb_ctr.pipe import UsbFault, UsbPipe, find_pipes
-from drivers.usb_ctr.plugin import availability, open_counter, probe
+from drivers.usb_ctr.plugin import availability, open_counter, probe, run_self_test
 from drivers.usb_ctr.settings import UsbCtrSettings
-from protocols import BenchContext, CounterRun, DriverUnavailable, InputError
+from protocols import BenchContext, CounterRun, DeviceTimeout, DriverUnavailable, InputError
 from tests.drivers.h10682.clock import ScriptClock
 
 core: Any = import_module("usb.core")
@@ -144,6 +144,17 @@ def test_a_whole_run_through_the_real_pyusb_package() -> None:
         assert counter.disarm().edges_seen == 3
     assert backend.transfers[-3:] == ["22 0 0", "23 0 0", "24 5 0"]
     assert backend.closed == 1
+
+
+def test_the_self_test_opens_the_board_by_itself_and_closes_it_again() -> None:
+    backend = Backend([b"01234567"], [(960).to_bytes(2, "little")] * 200)
+    found = run_self_test(UsbCtrSettings(), BenchContext(clock=ScriptClock(), transport=backend), timer=2)
+    assert found.codes_that_count == (16, 0)
+    assert backend.transfers[-1] == "28 0 2"
+    assert backend.closed == 1
+    with pytest.raises(DeviceTimeout, match="0 samples"):
+        run_self_test(UsbCtrSettings(), BenchContext(clock=ScriptClock(), transport=backend))
+    assert backend.closed == 2
 
 
 def test_one_of_two_boards_is_chosen_by_its_serial_number_and_the_other_closed() -> None:

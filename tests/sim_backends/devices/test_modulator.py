@@ -100,7 +100,7 @@ def test_every_stored_pattern_is_reported() -> None:
     ("settings", "timing", "error", "words"),
     [
         ({"unique_patterns": 1}, TIMING, PatternMemoryFull, "2 unique patterns; expected at most 1"),
-        ({"play_order_entries": 10}, TIMING, PatternMemoryFull, "11 play order entries; expected at most 10"),
+        ({"play_order_entries": 10}, TIMING, PatternMemoryFull, "11 pictures in the play order; expected at most 10"),
         ({}, ModulatorTiming(picture_time_us=43), PictureTimeTooShort, "43 us; expected at least 44 us"),
         ({}, ModulatorTiming(picture_time_us=10_000_001), PlanError, "at most 10000000 us"),
         ({}, ModulatorTiming(picture_time_us=50, sync_width_us=50), PlanError, "shorter than the picture time"),
