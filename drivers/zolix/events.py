@@ -74,7 +74,7 @@ class Command:
 
 
 class Codec(Protocol):
-    """One dialect: bytes in, events out; intents in pulses in, commands out. No I/O, no clock."""
+    """One dialect: lines in, events out; intents in pulses in, commands out. No I/O, no clock, nothing remembered."""
 
     @property
     def name(self) -> str:
@@ -91,17 +91,8 @@ class Codec(Protocol):
         """Unasked events that may mean that a motion is over. Each is checked by reading the position back."""
         ...
 
-    @property
-    def pending(self) -> bytes:
-        """The beginning of a line whose CR has not come yet."""
-        ...
-
-    def receive(self, data: bytes) -> list[Event]:
-        """Give the events that ``data`` completes, in order; ``data`` may end anywhere in a line."""
-        ...
-
-    def discard(self) -> bytes:
-        """Forget the pending beginning of a line, and give it back for the log."""
+    def classify(self, line: bytes) -> Event:
+        """Say what a line, without its CR, means. ``Lines`` cuts the bytes of the port into lines."""
         ...
 
     def set_up(self) -> tuple[Command, ...]:
@@ -171,7 +162,7 @@ class Lines:
         return lines
 
     def discard(self) -> bytes:
-        """Forget the pending bytes and give them back."""
+        """Forget the pending beginning of a line, and give it back for the log."""
         lost, self._buffer = self._buffer, b""
         return lost
 

@@ -7,7 +7,7 @@ does not depend on the lead that somebody once stored in the controller. Product
 import re
 from typing import Final, Literal
 
-from drivers.zolix.events import Arrived, Command, Event, Lines, Okay, Position, Ready, Refused, Unknown, Value
+from drivers.zolix.events import Arrived, Command, Event, Okay, Position, Ready, Refused, Unknown, Value
 
 _ERROR = re.compile(rb"E\d{1,3}")
 _ANSWER = re.compile(rb"([A-Z0-9]+)\? ([XYZT]),([^,]*),OK", re.IGNORECASE)
@@ -20,24 +20,10 @@ class Mc600Codec:
 
     def __init__(self, axis: Literal["X", "Y", "Z", "T"]) -> None:
         self._axis: Final = axis
-        self._lines = Lines()
         self.name: Final = "MC600"
         self.answers_in_motion: Final = True
         self.may_end_a_motion: Final[tuple[type[Event], ...]] = (Arrived, Refused, Okay)
         """``OK`` too: the sheet has only "a line with OK" at the end of homing."""
-
-    @property
-    def pending(self) -> bytes:
-        """The beginning of a line whose CR has not come yet."""
-        return self._lines.pending
-
-    def receive(self, data: bytes) -> list[Event]:
-        """Give the events that ``data`` completes."""
-        return [self._classify(line) for line in self._lines.feed(data)]
-
-    def discard(self) -> bytes:
-        """Forget the pending beginning of a line."""
-        return self._lines.discard()
 
     def set_up(self) -> tuple[Command, ...]:
         """Set the unit to pulses."""
@@ -93,7 +79,8 @@ class Mc600Codec:
         sign = "N" if pulses < 0 else "P"
         return Command(self._line("GoPosition", "O", kind, sign, str(abs(pulses))), awaits=Ready)
 
-    def _classify(self, line: bytes) -> Event:
+    def classify(self, line: bytes) -> Event:
+        """Say what a line, without its CR, means."""
         match line.upper():
             case b"OK":
                 return Okay()

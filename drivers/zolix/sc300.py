@@ -7,7 +7,7 @@ any is taken. No absolute move is known: it is made as a relative one from where
 import re
 from typing import Final, Literal
 
-from drivers.zolix.events import Arrived, Command, Event, Lines, Named, Okay, Position, Refused, Unknown, Value
+from drivers.zolix.events import Arrived, Command, Event, Named, Okay, Position, Refused, Unknown, Value
 
 _ERROR = re.compile(rb"E(?:R|\d)")
 _POSITION = re.compile(rb"(.)([XYZ]), *([+-]?\d{1,9})", re.DOTALL)
@@ -20,24 +20,10 @@ class Sc300Codec:
 
     def __init__(self, axis: Literal["X", "Y", "Z"]) -> None:
         self._axis: Final = axis
-        self._lines = Lines()
         self.name: Final = "SC300"
         self.answers_in_motion: Final = False
         self.may_end_a_motion: Final[tuple[type[Event], ...]] = (Arrived, Position, Refused)
         """``Position`` too: the line at the end of a move may begin with ``?`` like the answer to a query."""
-
-    @property
-    def pending(self) -> bytes:
-        """The beginning of a line whose CR has not come yet."""
-        return self._lines.pending
-
-    def receive(self, data: bytes) -> list[Event]:
-        """Give the events that ``data`` completes."""
-        return [self._classify(line) for line in self._lines.feed(data)]
-
-    def discard(self) -> bytes:
-        """Forget the pending beginning of a line."""
-        return self._lines.discard()
 
     def set_up(self) -> tuple[Command, ...]:
         """Give nothing: an SC300 knows pulses only."""
@@ -87,7 +73,8 @@ class Sc300Codec:
     def _set(self, letter: str, value: int) -> Command:
         return Command(f"{letter}{self._axis},{value}\r".encode("ascii"), awaits=Okay)
 
-    def _classify(self, line: bytes) -> Event:
+    def classify(self, line: bytes) -> Event:
+        """Say what a line, without its CR, means."""
         if line == b"OK":
             return Okay()
         if _ERROR.fullmatch(line):

@@ -1,7 +1,7 @@
 """The one owner of the port: it writes, reads, and sorts every line into answer, end of a motion, or surplus.
 
-There is no reader thread. Whoever waits reads, under ``turn``, and all waiting is on the bench's clock. A stop takes another
-road: it needs only the lock round the write, and no answer.
+There is no reader thread. Whoever waits reads, under ``turn``, and all waiting is on the bench's clock. A stop waits for no
+reader: it needs only the lock round the write, and no answer.
 
 The dialects have neither checksums nor numbers that tie an answer to its question. So after anything that may have left an
 answer under way (a time-out, a stop, the probing, one answer too many) the next exchange begins with a *fence*: a query whose
@@ -19,6 +19,7 @@ from drivers.zolix.events import (
     Codec,
     Command,
     Event,
+    Lines,
     Named,
     Okay,
     Position,
@@ -69,6 +70,7 @@ class Wire:
         self.device: Final = device
         self._port = port
         self._codec = codec
+        self._lines = Lines()
         self._margin_s = reply_margin_s
         self._poll_s = poll_s
         self._write_lock = Lock()
@@ -163,11 +165,11 @@ class Wire:
         while True:
             self._take(None, refusable=False)
             now_s = self.clock.now_s()
-            quiet = not self._codec.pending and now_s - self._last_byte_s >= _QUIET_S
+            quiet = not self._lines.pending and now_s - self._last_byte_s >= _QUIET_S
             if quiet or now_s >= until_s:
                 break
             self.clock.sleep_s(self._poll_s)
-        if lost := self._codec.discard():
+        if lost := self._lines.discard():
             self._doubtful = True
             self._keep(Unknown(lost))
         if self._doubtful or self._fenced_stops != self.stops:
@@ -181,7 +183,7 @@ class Wire:
             self._last_byte_s = self.clock.now_s()
         self._seen = (self._seen + data)[-4 * LONGEST_LINE :]
         answer: Event | None = None
-        for event in self._codec.receive(data):
+        for event in map(self._codec.classify, self._lines.feed(data)):
             fits = awaited is not None and (isinstance(event, awaited) or (refusable and isinstance(event, Refused)))
             if answer is None and fits:
                 answer = event

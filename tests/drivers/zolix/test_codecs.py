@@ -11,6 +11,7 @@ from drivers.zolix.events import (
     Codec,
     Command,
     Event,
+    Lines,
     Named,
     Okay,
     Position,
@@ -26,6 +27,11 @@ from drivers.zolix.sc300 import Sc300Codec
 def codec_named(name: str) -> Codec:
     """Give a fresh codec of axis X."""
     return Mc600Codec("X") if name == "MC600" else Sc300Codec("X")
+
+
+def received(codec: Codec, data: bytes, lines: Lines | None = None) -> list[Event]:
+    """Give the events that ``data`` completes, as the wire takes them in."""
+    return [codec.classify(line) for line in (lines or Lines()).feed(data)]
 
 
 @pytest.mark.parametrize(
@@ -50,7 +56,7 @@ def codec_named(name: str) -> Codec:
 )
 def test_an_mc600_line_means_what_the_sheet_says(line: bytes, event: Event) -> None:
     """One line, one event; what is damaged or of another axis is Unknown."""
-    assert Mc600Codec("X").receive(line) == [event]
+    assert received(Mc600Codec("X"), line) == [event]
 
 
 @pytest.mark.parametrize(
@@ -75,7 +81,7 @@ def test_an_mc600_line_means_what_the_sheet_says(line: bytes, event: Event) -> N
 )
 def test_an_sc300_line_means_what_the_sheet_says(line: bytes, event: Event) -> None:
     """One line, one event; the first byte of the line at the end of a move may be any."""
-    assert Sc300Codec("X").receive(line) == [event]
+    assert received(Sc300Codec("X"), line) == [event]
 
 
 def test_mc600_intents_are_the_sheets_bytes() -> None:
@@ -114,18 +120,18 @@ def test_sc300_intents_are_the_sheets_bytes() -> None:
 
 def test_several_lines_in_one_read_and_a_line_in_pieces_give_the_same_events() -> None:
     """READY now, the position line later, the last one cut in the middle; a stray LF is nothing."""
-    codec = Mc600Codec("X")
-    assert codec.receive(b"READY\r\nX -1") == [Ready()]
-    assert codec.pending == b"\nX -1"
-    assert codec.receive(b"000.0,OK\rOK\r\r") == [Arrived(-1000.0), Okay()]
-    assert codec.pending == b""
+    codec, lines = Mc600Codec("X"), Lines()
+    assert received(codec, b"READY\r\nX -1", lines) == [Ready()]
+    assert lines.pending == b"\nX -1"
+    assert received(codec, b"000.0,OK\rOK\r\r", lines) == [Arrived(-1000.0), Okay()]
+    assert lines.pending == b""
 
 
 def test_noise_without_a_carriage_return_does_not_pile_up() -> None:
     """After 64 bytes without CR it is no line of either dialect."""
-    codec = Sc300Codec("X")
-    assert codec.receive(b"\xff" * 65) == [Unknown(b"\xff" * 64)]
-    assert codec.pending == b"\xff"
+    lines = Lines()
+    assert received(Sc300Codec("X"), b"\xff" * 65, lines) == [Unknown(b"\xff" * 64)]
+    assert lines.pending == b"\xff"
 
 
 _NEARLY = st.sampled_from(
@@ -148,10 +154,10 @@ _STREAM = st.lists(_NEARLY | st.binary(max_size=80), max_size=12).map(b"".join)
 @given(stream=_STREAM, cuts=st.lists(st.integers(0, 400), max_size=8))
 def test_events_do_not_depend_on_where_the_bytes_are_split(name: str, stream: bytes, cuts: list[int]) -> None:
     """Any bytes, split anywhere: the same events, the same rest, and no crash."""
-    whole, pieces = codec_named(name), codec_named(name)
+    codec, whole, pieces = codec_named(name), Lines(), Lines()
     edges = [0, *sorted(min(cut, len(stream)) for cut in cuts), len(stream)]
-    split = [event for a, b in pairwise(edges) for event in pieces.receive(stream[a:b])]
-    assert split == whole.receive(stream)
+    split = [event for a, b in pairwise(edges) for event in received(codec, stream[a:b], pieces)]
+    assert split == received(codec, stream, whole)
     assert pieces.pending == whole.pending
 
 
@@ -159,7 +165,6 @@ def test_events_do_not_depend_on_where_the_bytes_are_split(name: str, stream: by
 @given(line=st.binary(min_size=1, max_size=40).filter(lambda line: b"\r" not in line and line.strip() != b""))
 def test_every_line_is_one_event_and_data_only_if_it_is_whole(name: str, line: bytes) -> None:
     """Arbitrary bytes become exactly one event, and a position only where the line is one from end to end."""
-    codec = codec_named(name)
-    (event,) = codec.receive(line + b"\r")
+    (event,) = received(codec_named(name), line + b"\r")
     if isinstance(event, Position | Arrived):
         assert line.strip().endswith(b",OK") if name == "MC600" else b"X," in line
