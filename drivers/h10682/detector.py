@@ -29,9 +29,6 @@ class Head(Frozen):
     dark_rate_hz: NonNegativeFloat = 0.0
     """Measured with the shutter closed, after 30 minutes of darkness; 0 where it was not measured."""
 
-    dark_alarm_hz: PositiveFloat = 1000.0
-    """Highest dark rate a good head shows [S]; older sheets say 100. For an alarm, never for a correction."""
-
     system_dead_time_s: PositiveFloat | None = Field(default=None)
     """Dead time of head and counter together, as measured on the rig. None takes the longer of the two."""
 

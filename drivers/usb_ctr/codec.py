@@ -63,14 +63,9 @@ class BadAnswer(ValueError):
 
 @dataclass(frozen=True)
 class Status:
-    """The 16 status bits."""
+    """The 16 status bits, of which the driver reads those below."""
 
     bits: int
-
-    @property
-    def scanning(self) -> bool:
-        """Bit 1: the pacer runs."""
-        return bool(self.bits & 0x0002)
 
     @property
     def overrun(self) -> bool:
@@ -81,11 +76,6 @@ class Status:
     def fpga_configured(self) -> bool:
         """Bit 8: the FPGA has its image."""
         return bool(self.bits & 0x0100)
-
-    @property
-    def configuring(self) -> bool:
-        """Bit 9: the FPGA waits for its image."""
-        return bool(self.bits & 0x0200)
 
     def scan_done(self, mask: int) -> bool:
         """Whether a scan has ended, by the bit that ``mask`` names: 0x40 by the maker's library, 0x20 by another driver."""

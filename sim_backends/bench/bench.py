@@ -266,15 +266,6 @@ class OpticalBench:
             over = self._dark_s <= until_s or (last == len(edge_s) and self._run.sync.stalls_at is None)
             return Edges(edge_s[index], index, finished=over)
 
-    def next_edge_s(self, after_s: float) -> float | None:
-        """Time of the next edge later than ``after_s``; None where none will come."""
-        with self._lock:
-            if self._run is None:
-                return None
-            edge_s = self._run.edge_s
-            index = int(np.searchsorted(edge_s, after_s, side="right"))
-            return float(edge_s[index]) if index < len(edge_s) and edge_s[index] <= self._dark_s else None
-
     def counts(self, first: int, n: int) -> Counts:
         """What is counted between the seen edges ``first`` and ``first + n``: bin k lies between edge k and edge k + 1.
 

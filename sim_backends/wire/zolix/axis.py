@@ -14,16 +14,13 @@ class Axis:
     The carriage's zero is the home position. The counter starts at 0 wherever the carriage stands when power comes.
     """
 
-    def __init__(
-        self, *, low: int, high: int, start: int, counter: int = 0, backlash: int = 0, limit_sticks: bool = False
-    ) -> None:
+    def __init__(self, *, low: int, high: int, start: int, backlash: int = 0, limit_sticks: bool = False) -> None:
         """Power up.
 
         Args:
             low: lower limit switch.
             high: upper limit switch.
             start: where the carriage stands.
-            counter: what the controller calls this place.
             backlash: play of the nut on the screw. At first it is taken up for motion upwards.
             limit_sticks: a limit switch that was once reached never lets go.
         """
@@ -31,11 +28,11 @@ class Axis:
         self._limit_sticks = limit_sticks
         self._backlash = backlash
         # Play ahead of an upward motion, and the counter value at which it was so large.
-        self._play_up, self._play_since = 0.0, float(counter)
-        self.counter = Path((Leg(0.0, float(counter)),))
+        self._play_up, self._play_since = 0.0, 0.0
+        self.counter = Path((Leg(0.0, 0.0),))
         self.carriage = Path((Leg(0.0, float(start)),))
         self.end_s = 0.0
-        self.target = counter
+        self.target = 0
         self.homed = False
         self._homing = False
         self.motion = 0

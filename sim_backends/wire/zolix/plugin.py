@@ -13,7 +13,7 @@ _TIMEOUT_S = 0.1
 
 
 def _open_port(controller: Controller, name: str) -> EmulatedPort:
-    return EmulatedPort(lambda _: controller, name, baudrate=controller.settings.baud, timeout=_TIMEOUT_S)
+    return EmulatedPort(controller, name, baudrate=controller.settings.baud, timeout=_TIMEOUT_S)
 
 
 def open_mc600(settings: Mc600Settings, context: BenchContext) -> EmulatedPort:

@@ -133,9 +133,6 @@ class ControllerSettings(Frozen):
     start_mm: FiniteFloat = 0.0
     """Where the carriage stands when power comes, from the home position. The controller calls it 0."""
 
-    keeps_position: bool = False
-    """Whether the counter survives a power cycle [U]."""
-
     homing: Literal["direct", "negative", "positive"] = "direct"
     """Straight to an origin switch, or over the limit switch on one side [U]. Homing on a limit switch itself is
     ``negative`` with a travel that begins at 0."""

@@ -87,7 +87,7 @@ def test_the_first_edge_comes_a_moment_after_the_start() -> None:
     device = plugin.open(ModulatorSettings(), BenchContext(clock=bench.clock, scene=bench))
     device.load(sequence(2), TIMING)
     device.start()
-    assert bench.next_edge_s(0.0) == pytest.approx(1e-4)
+    assert bench.edges(0, 1.0).time_s[0] == pytest.approx(1e-4)
 
 
 def test_every_stored_pattern_is_reported() -> None:

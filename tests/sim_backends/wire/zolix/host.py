@@ -19,7 +19,7 @@ class Host:
     def __init__(self, controller: Controller) -> None:
         self.controller = controller
         self.clock = controller.clock
-        self.port = EmulatedPort(lambda _: controller, "emulated", baudrate=19_200, timeout=60.0)
+        self.port = EmulatedPort(controller, "emulated", baudrate=19_200, timeout=60.0)
 
     def ask(self, sent: bytes) -> bytes:
         """Send bytes; give the next line, or what came in a second if none did."""
