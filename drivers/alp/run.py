@@ -12,7 +12,7 @@ CLOCK_TOLERANCE: Final = 0.01
 
 @dataclass
 class Run:
-    """A play order on its way."""
+    """A play order that is being played."""
 
     pictures: int
     """Pictures to show, the guard included."""

@@ -29,7 +29,7 @@ class Dlp7000Settings(Frozen):
 
     bit_order: Literal["msb-first", "lsb-first"] = "msb-first"
     """Which bit of a byte is the leftmost of its eight mirrors: the highest, by the vendor's header. A single lit
-    column that moves the wrong way within eight columns calls for the other."""
+    column that moves in the wrong direction within eight columns calls for the other."""
 
     upload_batch: PositiveInt = 64
     """Planes handed over in one call: 64 are 6 MB. Progress is told, and a halt noticed, between batches."""

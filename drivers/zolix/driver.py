@@ -191,7 +191,7 @@ class Ka400z:
                 target_mm=settings.home_position_mm,
                 profile=profile,
                 limit_s=settings.home_timeout_s or _limit_s(profile, high - low),
-                bounds_mm=(-math.inf, math.inf),  # homing may set the coordinate anew on its way
+                bounds_mm=(-math.inf, math.inf),  # homing may set the coordinate anew before it ends
                 if_elsewhere="if the stage is at its origin, set home_position_mm to this; else look at its switches",
                 stop_stage=self.stop,
                 ended=self._home_ended,

@@ -37,7 +37,7 @@ class ZolixMotion:
         self._clock = controller.wire.clock
         self.start_mm: Final = start_mm
         self.bounds_mm: Final = bounds_mm
-        """Between which positions the stage is on its way."""
+        """Lowest and highest position between which the stage moves, in millimetres."""
         self._if_elsewhere = if_elsewhere
         self._target_mm = target_mm
         self._profile = profile
@@ -51,7 +51,7 @@ class ZolixMotion:
 
     @property
     def target_mm(self) -> float:
-        """Where it goes."""
+        """Position at which the motion is to end, in millimetres."""
         return self._target_mm
 
     @property
@@ -81,7 +81,7 @@ class ZolixMotion:
         """Return the position, read back, when the stage stands.
 
         Raises:
-            DeviceTimeout: still under way; names the way done.
+            DeviceTimeout: the stage still moves; names the distance covered.
             DeviceRefused: the controller answered the move with an error.
             DeviceError: the motion ended elsewhere (a stop, a limit switch, a lost step).
         """
@@ -92,7 +92,7 @@ class ZolixMotion:
         """Wait until the stage stands, at the target or elsewhere.
 
         Raises:
-            DeviceTimeout: still under way; names the way done.
+            DeviceTimeout: the stage still moves; names the distance covered.
         """
         asked_s = self._clock.now_s()
         while not self.done:
@@ -154,8 +154,8 @@ class ZolixMotion:
 
     def _time_to_leave_s(self) -> float:
         """Time in which a stage, from rest, goes farther than two positions may differ and be called the same."""
-        way_mm = 4 * self._controller.scale.tolerance_mm
-        return _START_DELAY_S + 2 * math.sqrt(2 * way_mm / self._profile.acceleration_mm_s2)
+        distance_mm = 4 * self._controller.scale.tolerance_mm
+        return _START_DELAY_S + 2 * math.sqrt(2 * distance_mm / self._profile.acceleration_mm_s2)
 
     def _deadline_s(self) -> float:
         if self._stopped_s is None:
@@ -189,11 +189,11 @@ class ZolixMotion:
             here, how = self._controller.ask().mm, "reported"
         except DeviceTimeout:
             here, how = self.predicted_mm(), "predicted: the controller is mute"
-        way, whole = here - self.start_mm, self._target_mm - self.start_mm
+        done_mm, whole_mm = here - self.start_mm, self._target_mm - self.start_mm
         return DeviceTimeout(
             self._controller.wire.device,
             awaited=f"the line that ends the {'stopped ' if self.stopping else ''}motion to {self._target_mm:g} mm",
             waited_s=now_s - self.started_s,
-            progress=f"{way:.3f} of {whole:.3f} mm done ({how}), last bytes {self._controller.wire.seen!r},",
+            progress=f"{done_mm:.3f} of {whole_mm:.3f} mm done ({how}), last bytes {self._controller.wire.seen!r},",
             remedy="stop the stage, then read its position; a new move is refused until then",
         )

@@ -10,13 +10,13 @@ class Speeds:
     """A motion profile in the controller's own unit."""
 
     velocity: int
-    """Pulses a second."""
+    """Velocity between the ramps, in pulses a second."""
 
     acceleration: int
-    """Pulses a second squared."""
+    """Acceleration of both ramps, in pulses a second squared."""
 
     initial: int
-    """Pulses a second."""
+    """Velocity at the start and at the end, in pulses a second."""
 
 
 @dataclass(frozen=True)
@@ -24,22 +24,23 @@ class Scale:
     """Pulses a millimetre: full steps a turn x microsteps / lead (fact sheet, section 2)."""
 
     pulses_per_mm: float
+    """Number of pulses that move the stage by one millimetre."""
 
     @property
     def tolerance_mm(self) -> float:
-        """Two positions that differ by less are the same: one and a half pulses."""
+        """Difference up to which two positions are the same, in millimetres: one and a half pulses."""
         return 1.5 / self.pulses_per_mm
 
     def pulses(self, mm: float) -> int:
-        """Nearest whole pulse."""
+        """Give the whole pulse nearest to ``mm``, a position, distance, speed or acceleration."""
         return round(mm * self.pulses_per_mm)
 
     def mm(self, pulses: float) -> float:
-        """Position or way of so many pulses."""
+        """Give the position or distance of so many pulses, in millimetres."""
         return pulses / self.pulses_per_mm
 
     def speeds(self, profile: MotionProfile) -> Speeds:
-        """Whole pulses nearest to ``profile``."""
+        """Give the whole pulses nearest to ``profile``."""
         return Speeds(
             velocity=self.pulses(profile.velocity_mm_s),
             acceleration=self.pulses(profile.acceleration_mm_s2),
@@ -47,7 +48,7 @@ class Scale:
         )
 
     def profile(self, speeds: Speeds) -> MotionProfile:
-        """The profile that the controller really runs."""
+        """Give the profile that the controller really runs."""
         return MotionProfile(
             velocity_mm_s=self.mm(speeds.velocity),
             acceleration_mm_s2=self.mm(speeds.acceleration),

@@ -92,7 +92,7 @@ class SimulatedMotion:
 
     @property
     def target_mm(self) -> float:
-        """Where it goes."""
+        """Position at which the motion is to end, in millimetres."""
         return self._move.to_mm
 
     @property

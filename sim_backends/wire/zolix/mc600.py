@@ -112,13 +112,13 @@ class Mc600:
     def _go_position(self, arguments: list[str], now_s: float) -> Answer:
         """``GoPosition X,O,R,P,1000``: axis, loop, relative or absolute, sign, unsigned number."""
         axis = self._axis(arguments, 5)
-        _, loop, way, sign, number = arguments
-        if loop not in ("O", "C") or way not in ("R", "A") or sign not in ("P", "N") or not _NUMBER.fullmatch(number):
+        _, loop, kind, sign, number = arguments
+        if loop not in ("O", "C") or kind not in ("R", "A") or sign not in ("P", "N") or not _NUMBER.fullmatch(number):
             raise _NotUnderstoodError
         registers = self._registers[axis]
         pulses = round(float(number) * registers.pulses_per_unit) * (1 if sign == "P" else -1)
         here = self._axes[axis].reported(now_s)
-        return self._move(axis, here + pulses if way == "R" else registers.zero + pulses, now_s)
+        return self._move(axis, here + pulses if kind == "R" else registers.zero + pulses, now_s)
 
     def _go_origin(self, arguments: list[str], now_s: float) -> Answer:
         """``GoOrigion X``: to the work origin, spelled so."""

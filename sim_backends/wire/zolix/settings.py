@@ -82,7 +82,7 @@ class Stall(Frozen):
     """Which move, from 1."""
 
     after: Annotated[float, Field(ge=0, lt=1)] = 0.5
-    """Part of the way that is still done."""
+    """Part of the distance that is still covered."""
 
 
 class LimitSticks(Frozen):
@@ -122,7 +122,7 @@ class ControllerSettings(Frozen):
     """Relative error of the true lead: the carriage goes (1 + error) times as far as the pulses say [U]."""
 
     backlash_mm: NonNegativeFloat = 0.0
-    """Way of the screw that is lost at each reversal, rounded to a pulse [U]: 5 to 20 um are likely."""
+    """Turn of the screw that is lost at each reversal, rounded to a pulse [U]: 5 to 20 um are likely."""
 
     microsteps: PositiveInt = 8
     """Pulses a full step, 200 full steps a turn: 8 is the factory setting of the SC300 [V]."""
@@ -138,7 +138,7 @@ class ControllerSettings(Frozen):
     ``negative`` with a travel that begins at 0."""
 
     homing_s: PositiveFloat | None = None
-    """How long homing takes; None: by its way and speed [U]."""
+    """How long homing takes; None: by its distance and speed [U]."""
 
     baud: PositiveInt = 19_200
     """Speed of the line [V]. A port of another speed is not understood."""
@@ -211,7 +211,7 @@ class Mc600Settings(ControllerSettings):
     """Answer to ``Stop``; empty: none [U]."""
 
     soft_limit: Literal["refuse", "clip"] = "refuse"
-    """A target beyond a soft limit that is switched on: an error, or a shorter way [U]."""
+    """A target beyond a soft limit that is switched on: an error, or a shorter move [U]."""
 
     error_syntax: str = "E01"
     """Answer to what it does not understand [U meaning]."""
