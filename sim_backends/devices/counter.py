@@ -57,6 +57,9 @@ class CounterSettings(Frozen):
     unplugged_at_bin: NonNegativeInt | None = None
     """A fault: the board is gone after this many bins."""
 
+    lost_block_at_bin: NonNegativeInt | None = None
+    """A fault: the block that holds this bin never reaches the host, and nothing tells but the index of the next one."""
+
 
 @dataclass
 class _Armed:
@@ -120,7 +123,8 @@ class SimulatedCounter:
         closed = self._wait(armed, wanted, self._bench.clock.now_s() + timeout_s)
         block = self._block(armed, min(closed, wanted))
         armed.done += len(block)
-        return block
+        lost = self._settings.lost_block_at_bin
+        return self.read(timeout_s) if lost is not None and 0 <= lost - block.first_bin < len(block) else block
 
     def _good_bins(self, armed: _Armed) -> int:
         """Bins of this run that no fault spoils."""
