@@ -22,7 +22,7 @@ _ROUNDING = 1e-9
 
 
 class CounterLimits(Frozen):
-    """What a counter and its detector can do, and the checks of a run against it."""
+    """Limits of a counter and its detector, and the checks of a run against them."""
 
     max_sync_rate_hz: PositiveFloat
     """Highest rate of sync edges that the counter follows, in Hz."""
@@ -82,7 +82,7 @@ class CounterLimits(Frozen):
 
 
 class CounterRun(Frozen):
-    """What a counter is armed for."""
+    """Run that a counter is armed for."""
 
     n_bins: PositiveInt
     """Number of patterns to count: the run ends when so many bins are closed."""
@@ -170,7 +170,7 @@ def _bad_block(saw: str, expected: str) -> ProtocolViolation:
 
 
 class CounterReport(Frozen):
-    """What the counter knows about a run when it is over."""
+    """Report of a counter on a run that is over."""
 
     bins_closed: NonNegativeInt
     """Number of bins handed over."""

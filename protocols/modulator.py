@@ -21,7 +21,7 @@ UploadProgress: TypeAlias = Callable[[int, int], None]
 
 
 class ModulatorLimits(Frozen):
-    """What a modulator can do, as read from the device, and the checks of a sequence and its timing against it."""
+    """Limits of a modulator as read from the device, and the checks of a sequence and its timing against them."""
 
     columns: PositiveInt
     """Number of mirrors in a row."""
@@ -120,7 +120,7 @@ class ModulatorLimits(Frozen):
 
 
 class ModulatorTiming(Frozen):
-    """When a modulator changes pictures. It is read back from the device, never assumed."""
+    """Timing of a modulator's pictures. It is read back from the device, never assumed."""
 
     picture_time_us: PositiveInt
     """Time from the start of one picture to the start of the next, in whole microseconds."""
@@ -133,7 +133,7 @@ class ModulatorTiming(Frozen):
 
 
 class PixelGrid(Frozen):
-    """Where the square image grid lies on the modulator's mirrors, centred."""
+    """Place of the square image grid on the modulator's mirrors, centred."""
 
     image_size: PositiveInt
     """Side of the image in pixels (m)."""

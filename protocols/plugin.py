@@ -29,12 +29,12 @@ class Availability(Frozen):
     """Version of the vendor library; empty where there is none."""
 
     missing: str = ""
-    """What is missing and how to get it; empty where ready."""
+    """Sentence that says what is missing and how to get it; empty where ready."""
 
 
 @dataclass(frozen=True)
 class BenchContext:
-    """What a plug-in is given beside its settings."""
+    """Surroundings that a plug-in is given beside its settings."""
 
     clock: Clock = field(default_factory=MonotonicClock)
     """Clock for every wait and every time stamp."""
@@ -43,7 +43,7 @@ class BenchContext:
     """The simulated bench, where bench.toml has a ``[scene]``."""
 
     transport: object | None = None
-    """What to talk through instead of the hardware, where bench.toml names a ``transport``."""
+    """Object to talk through instead of the hardware, where bench.toml names a ``transport``."""
 
     folder: Path = field(default_factory=Path)
     """Folder of bench.toml: relative paths in settings start here."""
@@ -81,7 +81,7 @@ class DriverPlugin(Generic[SettingsT, DeviceT]):
 
 @dataclass(frozen=True)
 class TransportPlugin(Generic[SettingsT]):
-    """What a real driver talks through instead of its hardware: an emulator, a recorder, a bridge."""
+    """A transport: what a real driver talks through instead of its hardware, such as an emulator, a recorder or a bridge."""
 
     summary: str
     """One line of text for ``kinopix drivers``."""

@@ -10,7 +10,7 @@ from protocols.values import Floats
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """What a simulated run really showed."""
+    """Truth of a simulated run: what it really showed."""
 
     displacement_px: Floats
     """``(frames, 2)`` displacement along x and y at each asked time, in image pixels, relative to the first."""

@@ -10,7 +10,10 @@ from protocols.values import DeviceIdentity, Frozen
 
 
 class StageLimits(Frozen):
-    """What a stage may do. A target or a speed outside is an error before a byte is sent, never clipped."""
+    """Limits of a stage, and the checks of a move against them.
+
+    A target or a speed outside is an error before a byte is sent, never clipped.
+    """
 
     travel_mm: tuple[float, float]
     """Lowest and highest position, in millimetres."""
@@ -99,7 +102,7 @@ class MotionProfile(Frozen):
 
 
 class StagePosition(Frozen):
-    """Where a stage is, and how that is known."""
+    """Position of a stage, and how it is known."""
 
     time_s: float
     """Moment on the bench's clock, in seconds: the middle between question and answer, or the moment of the prediction."""

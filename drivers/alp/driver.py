@@ -93,12 +93,12 @@ class Dlp7000:
 
     @property
     def identity(self) -> DeviceIdentity:
-        """Board and library."""
+        """Identity of the board, and the library under it."""
         return self._identity
 
     @property
     def limits(self) -> ModulatorLimits:
-        """As the board told when it was opened. The longest play order is that of a few patterns: many need more room."""
+        """Limits as the board told them when it was opened. The play order is that of few patterns: many need more room."""
         return self._inspection.limits
 
     @property

@@ -18,7 +18,7 @@ from protocols.errors import DeviceError, DeviceRefused, DriverUnavailable, Patt
 from protocols.modulator import ModulatorLimits
 
 COLUMNS, ROWS = 1024, 768
-"""Mirrors of a DLP7000."""
+"""Columns and rows of the mirrors of a DLP7000."""
 
 
 @dataclass(frozen=True)
@@ -26,19 +26,19 @@ class Inspection:
     """What a board said of itself."""
 
     serial: int
-    """Serial number."""
+    """Serial number of the board."""
 
     version: int
-    """ALP_VERSION."""
+    """Version of the library's device interface (ALP_VERSION)."""
 
     limits: ModulatorLimits
     """Geometry, picture times, and memory while nothing is loaded."""
 
     table_entries9: int
-    """Frame look-up table in 9-bit entries; 0 where the board has none, or it is switched off."""
+    """Length of the frame look-up table in 9-bit entries; 0 where the board has none, or it is switched off."""
 
     longest_sync_delay_us: int
-    """ALP_MAX_SYNCH_DELAY."""
+    """Longest sync delay in microseconds (ALP_MAX_SYNCH_DELAY)."""
 
 
 def set_binary_mode(board: AlpBoard, sequence: int) -> None:

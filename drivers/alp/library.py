@@ -41,10 +41,10 @@ class Library(NamedTuple):
     """A library that was loaded and has all functions."""
 
     api: AlpApi
-    """Its functions."""
+    """Functions of the library."""
 
     label: str
-    """Release and path, for people."""
+    """Release and path of the library, for people."""
 
 
 if sys.platform == "win32":

@@ -7,7 +7,7 @@ from drivers.alp.board import AlpBoard
 from protocols.errors import DeviceError, DeviceTimeout, KinopixError
 
 CLOCK_TOLERANCE: Final = 0.01
-"""How much sooner than by the host's clock a run may end: far more than two crystals differ by."""
+"""Share of a run by which it may end sooner than by the host's clock: far more than two crystals differ by."""
 
 
 @dataclass

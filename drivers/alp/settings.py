@@ -28,7 +28,7 @@ class Dlp7000Settings(Frozen):
     uploads in play order; ``required`` refuses what does not fit."""
 
     bit_order: Literal["msb-first", "lsb-first"] = "msb-first"
-    """Which bit of a byte is the leftmost of its eight mirrors: the highest, by the vendor's header. A single lit
+    """Bit of a byte that is the leftmost of its eight mirrors: the highest, by the vendor's header. A single lit
     column that moves in the wrong direction within eight columns calls for the other."""
 
     upload_batch: PositiveInt = 64

@@ -18,13 +18,13 @@ class Loaded:
     """A sequence in the board's memory."""
 
     handle: int
-    """The board's id of it."""
+    """Id that the board gave the sequence."""
 
     pictures: int
-    """Pictures of one run, the guard included."""
+    """Number of pictures in one run, the guard included."""
 
     timing: ModulatorTiming
-    """As the board keeps it."""
+    """Timing, as the board keeps it."""
 
 
 def store(

@@ -25,13 +25,13 @@ class Upload:
     """The memory image of a sequence."""
 
     planes: Integers
-    """``(stored,)``: which plane of the sequence lies at each place of the board's memory."""
+    """``(stored,)`` index of the plane that lies at each place of the board's memory."""
 
     mode: FlutMode
     """Width of the table's entries; ``NONE`` plays the memory from its first place to its last."""
 
     entries: Integers
-    """``(pictures,)``: place of each picture, in play order; empty with ``NONE``."""
+    """``(pictures,)`` place of each picture, in play order; empty with ``NONE``."""
 
     @property
     def entries9(self) -> int:

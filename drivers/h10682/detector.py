@@ -11,7 +11,7 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt
 from protocols import CounterLimits, Frozen
 
 NAME = "pmt"
-"""How errors and recordings name the counter."""
+"""Name of the counter in errors and recordings."""
 
 LINEAR_LOSS = 0.1
 """Share of counts lost at the count rate that the data sheet calls the limit of linearity."""
@@ -21,16 +21,16 @@ class Head(Frozen):
     """One H10682 head."""
 
     model: str = "H10682-210"
-    """As on its label: -110 (380 to 700 nm) or -210 (230 to 700 nm)."""
+    """Model, as on the head's label: -110 (380 to 700 nm) or -210 (230 to 700 nm)."""
 
     dead_time_s: PositiveFloat = 20e-9
-    """Pulse-pair resolution, second-hand [S]."""
+    """Pulse-pair resolution in seconds, second-hand [S]."""
 
     dark_rate_hz: NonNegativeFloat = 0.0
-    """Measured with the shutter closed, after 30 minutes of darkness; 0 where it was not measured."""
+    """Dark counts a second, measured with the shutter closed after 30 minutes of darkness; 0 where it was not measured."""
 
     system_dead_time_s: PositiveFloat | None = Field(default=None)
-    """Dead time of head and counter together, as measured on the rig. None takes the longer of the two."""
+    """Dead time of head and counter together in seconds, as measured on the rig. None takes the longer of the two."""
 
 
 def linear_limit_hz(dead_time_s: float) -> float:

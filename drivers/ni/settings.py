@@ -16,7 +16,7 @@ class NiSettings(Frozen):
     """The board's name in NI MAX."""
 
     counter: str = "ctr0"
-    """Counter of the photon pulses."""
+    """Name of the counter that counts the photon pulses."""
 
     photon_terminal: str = "PFI8"
     """Line of the photon pulses. Never with a digital filter: the fastest one swallows their 10 ns."""
@@ -40,7 +40,7 @@ class NiSettings(Frozen):
     """Onboard timebase that the second counter counts (M-series boards: 80MHzTimebase or 20MHzTimebase)."""
 
     timebase_hz: PositiveFloat = 100e6
-    """Its rate."""
+    """Rate of the timebase, in Hz."""
 
     prevent_duplicates: bool = True
     """Duplicate-count prevention. Without it older boards store nothing for a bin without photons, and all later bins shift."""
@@ -52,10 +52,10 @@ class NiSettings(Frozen):
     """Highest rate of sync edges that this driver accepts [I]; the mirrors are slower anyhow."""
 
     buffer_s: PositiveFloat = 10.0
-    """How much of a run the host's buffer holds; when it is full, counting stops rather than overwrites."""
+    """Part of a run that the host's buffer holds, in seconds; when it is full, counting stops rather than overwrites."""
 
     head: Head = Field(default_factory=Head)
-    """The detector."""
+    """Detector at the counter's input."""
 
     @model_validator(mode="after")
     def _lines_differ(self) -> Self:

@@ -17,17 +17,17 @@ class EdgeTimer(Frozen):
     """A timer output wired to a second counter input, which then times the sync edges."""
 
     timer: TimerNumber = 1
-    """The timer output (TMR)."""
+    """Number of the timer output (TMR)."""
 
     counter: CounterNumber = 1
-    """The counter input (CTR) that it is wired to."""
+    """Number of the counter input (CTR) that it is wired to."""
 
     period_ticks: PositiveInt = 9
     """The timer runs at 96 MHz / (period_ticks + 1): 9 gives 9.6 MHz, edge times in steps of 104 ns."""
 
     @property
     def tick_s(self) -> float:
-        """Time between two pulses."""
+        """Time between two pulses, in seconds."""
         return (self.period_ticks + 1) / BASE_CLOCK_HZ
 
 
@@ -41,10 +41,10 @@ class UsbCtrSettings(Frozen):
     """The maker's FPGA image, loaded where the board has none (after each power-up). Relative to bench.toml."""
 
     counter: CounterNumber = 0
-    """Counter input of the photon pulses."""
+    """Number of the counter input of the photon pulses."""
 
     photon_edge: Literal["rising", "falling"] = "rising"
-    """The edge that counts."""
+    """Edge of the photon pulse that counts."""
 
     debounce_code: Annotated[int, Field(ge=0, le=16)] = 16
     """The code that means "no debounce". The maker's library sends 16; another public driver says 0, which by the maker's
@@ -61,10 +61,10 @@ class UsbCtrSettings(Frozen):
     """Times the edges, where a timer output is wired to a counter input; None gives no edge times."""
 
     counter_dead_time_s: NonNegativeFloat = 1 / MAX_COUNT_RATE_HZ
-    """Of the counter input [I]: it counts to 48 MHz, so pulses of 10 ns are at its limit."""
+    """Dead time of the counter input in seconds [I]: it counts to 48 MHz, so pulses of 10 ns are at its limit."""
 
     max_sync_rate_hz: PositiveFloat = 100e3
     """Highest rate of sync edges in single-packet mode."""
 
     head: Head = Field(default_factory=Head)
-    """The detector."""
+    """Detector at the counter's input."""

@@ -89,7 +89,7 @@ class Ka400z:
 
     @property
     def identity(self) -> DeviceIdentity:
-        """Who the device is."""
+        """Identity of the stage and of its controller."""
         return self._identity
 
     @property

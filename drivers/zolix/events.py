@@ -5,7 +5,7 @@ from typing import Final, Protocol, TypeAlias
 
 CR: Final = b"\r"
 LONGEST_LINE: Final = 64
-"""Bytes. The longest line of either dialect has about 40; more without a CR is noise."""
+"""Bytes after which a line without a CR is noise: the longest line of either dialect has about 40."""
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,7 @@ class Ka400zSettings(Frozen):
     """Start velocity of moves whose profile does not state one. Whether a controller takes 0 is not known."""
 
     home_position_mm: float = 0.0
-    """What the controller reports after homing. Not known: 0 is an assumption that the first homing tests."""
+    """Position that the controller reports after homing. It is not known: 0 is an assumption that the first homing tests."""
 
     home_timeout_s: PositiveFloat | None = None
     """Longest time of homing; None takes the whole travel at homing velocity plus 20 % plus one second."""
@@ -58,10 +58,10 @@ class Ka400zSettings(Frozen):
     and one that leaves the question without an answer is predicted from then on."""
 
     reply_margin_s: PositiveFloat = 0.5
-    """How long the controller may think about an answer, beyond the time of the bytes on the line."""
+    """Time that the controller may think about an answer, beyond the time of the bytes on the line, in seconds."""
 
     poll_s: PositiveFloat = 0.001
-    """How often the port is looked at while an answer is awaited."""
+    """Time between two looks at the port while an answer is awaited, in seconds."""
 
     @model_validator(mode="after")
     def _one_that_can_be(self) -> Self:
@@ -78,12 +78,12 @@ class Ka400zSettings(Frozen):
 
     @property
     def scale(self) -> Scale:
-        """Pulses a millimetre."""
+        """Number of pulses that move the stage by one millimetre."""
         return Scale(pulses_per_mm=self.full_steps_per_rev * self.microsteps / self.lead_mm)
 
     @property
     def limits(self) -> StageLimits:
-        """What the stage may do."""
+        """Limits of the stage."""
         return StageLimits(
             travel_mm=self.travel_mm,
             max_velocity_mm_s=self.max_velocity_mm_s,

@@ -13,13 +13,13 @@ from protocols.errors import PlanError, WrongState
 from protocols.values import Floats
 
 N: Final = 50
-"""Bins of most runs."""
+"""Number of bins in most runs."""
 
 PERIOD_S: Final = 1e-3
-"""Time between two edges in most runs; slower where the counter asks for it."""
+"""Time between two edges in most runs, in seconds; slower where the counter asks for it."""
 
 LATENCY_S: Final = 0.01
-"""Ten bins a block."""
+"""Latency that makes ten bins a block, in seconds."""
 
 
 @pytest.fixture

@@ -31,19 +31,19 @@ class CounterSettings(Frozen):
     """Keys of ``[counter]``. The defaults are those of an H10682 head on a board with hardware time stamps."""
 
     max_sync_rate_hz: PositiveFloat = 1e6
-    """Highest rate of sync edges."""
+    """Highest rate of sync edges, in Hz."""
 
     max_count_rate_hz: PositiveFloat = 5e6
     """Count rate at which 10 % is lost (data sheet of the head)."""
 
     dead_time_s: NonNegativeFloat | None = None
-    """What the counter believes its dead time to be; None: the scene's own, as if it had been calibrated."""
+    """Dead time that the counter believes in, in seconds; None: the scene's own, as if it had been calibrated."""
 
     dark_rate_hz: NonNegativeFloat | None = None
-    """What the counter believes its dark rate to be; None: the scene's own."""
+    """Dark rate that the counter believes in, in counts a second; None: the scene's own."""
 
     max_bins: PositiveInt | None = None
-    """Bins a run at most."""
+    """Largest number of bins in one run; None: as many as are asked for."""
 
     edge_times: bool = True
     """Whether the board gives the time of each edge."""
@@ -83,7 +83,7 @@ class SimulatedCounter:
 
     @property
     def identity(self) -> DeviceIdentity:
-        """Who the device is."""
+        """Identity of the simulated device."""
         return DeviceIdentity(
             name=_NAME, vendor="Kinopix", model="simulated H10682 and counter", driver="simulated", simulated=True
         )

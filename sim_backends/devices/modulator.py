@@ -27,25 +27,25 @@ class ModulatorSettings(Frozen):
     """Keys of ``[modulator]``. The defaults are those of a DLP7000 on a V-7000 board."""
 
     columns: PositiveInt = 1024
-    """Mirrors a row."""
+    """Number of mirrors in a row."""
 
     rows: PositiveInt = 768
-    """Rows of mirrors."""
+    """Number of rows of mirrors."""
 
     shortest_picture_time_us: PositiveInt = 44
-    """Shortest picture time."""
+    """Shortest time from one picture to the next, in microseconds."""
 
     longest_picture_time_us: PositiveInt = 10_000_000
-    """Longest picture time."""
+    """Longest time from one picture to the next, in microseconds."""
 
     unique_patterns: PositiveInt = 43_690
-    """Bit planes in the board's memory (4 GiB; a V-7001 may have twice as many)."""
+    """Number of bit planes in the board's memory (4 GiB; a V-7001 may have twice as many)."""
 
     play_order_entries: PositiveInt = 131_072
-    """Longest play order. The real board tells its own when asked; this figure is an assumption."""
+    """Longest play order, in pictures. The real board tells its own when asked; this figure is an assumption."""
 
     start_delay_s: NonNegativeFloat = 1e-4
-    """From ``start`` to the first sync edge. Unknown for the real board; not 0, as no edge comes while the call is made."""
+    """Time from ``start`` to the first sync edge, in seconds. It is unknown for the real board [U]."""
 
 
 class SimulatedModulator:
@@ -60,7 +60,7 @@ class SimulatedModulator:
 
     @property
     def identity(self) -> DeviceIdentity:
-        """Who the device is."""
+        """Identity of the simulated device."""
         return DeviceIdentity(
             name=_NAME, vendor="Kinopix", model="simulated DLP7000", driver="simulated", simulated=True
         )

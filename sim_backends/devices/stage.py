@@ -31,19 +31,19 @@ class StageSettings(Frozen):
     """Keys of ``[stage]``. The defaults are those of a 400 mm stage with a 5 mm lead, with room to spare in speed."""
 
     travel_mm: tuple[FiniteFloat, FiniteFloat] = (0.0, 400.0)
-    """Lowest and highest position."""
+    """Lowest and highest position, in millimetres."""
 
     max_velocity_mm_s: PositiveFloat = 50.0
-    """Highest velocity."""
+    """Highest velocity, in mm/s."""
 
     max_acceleration_mm_s2: PositiveFloat = 200.0
-    """Highest acceleration."""
+    """Highest acceleration, in mm/s^2."""
 
     resolution_mm: PositiveFloat = 0.0025
-    """One step: targets and positions are whole steps."""
+    """Length of one step in millimetres: targets and positions are whole steps."""
 
     position_mm: FiniteFloat = 0.0
-    """Where the stage stands when it is opened."""
+    """Position of the stage when it is opened, in millimetres."""
 
     homed: bool = True
     """Whether the stage knows its origin when it is opened."""
@@ -162,7 +162,7 @@ class SimulatedStage:
 
     @property
     def identity(self) -> DeviceIdentity:
-        """Who the device is."""
+        """Identity of the simulated device."""
         return DeviceIdentity(
             name=_NAME, vendor="Kinopix", model="simulated KA400Z", driver="simulated", simulated=True
         )

@@ -37,9 +37,9 @@ class Running:
     start_s: float
     end_s: float
     pictures: int
-    """Pictures of one iteration."""
+    """Number of pictures in one iteration."""
     iterations: int | None
-    """None: endless."""
+    """Number of iterations; None: endless."""
     aborted: bool = False
     """Whether ``end_s`` was brought forward."""
 

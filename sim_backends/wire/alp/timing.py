@@ -12,13 +12,13 @@ class Mode:
     """What the shortest times depend on."""
 
     bits: int
-    """ALP_BITNUM."""
+    """Setting of ALP_BITNUM."""
 
     bin_mode: int
-    """ALP_BIN_NORMAL or ALP_BIN_UNINTERRUPTED."""
+    """Setting of ALP_BIN_MODE: ALP_BIN_NORMAL or ALP_BIN_UNINTERRUPTED."""
 
     rows_left_out: int
-    """Rows outside ALP_SEQ_DMD_LINES."""
+    """Number of rows outside ALP_SEQ_DMD_LINES."""
 
     @property
     def uninterrupted(self) -> bool:

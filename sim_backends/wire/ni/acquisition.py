@@ -20,7 +20,7 @@ class Plan:
     """What a task is started with."""
 
     counter: str
-    """Such as ``ctr0``."""
+    """Name of the counter, such as ``ctr0``."""
 
     tick_hz: float | None
     """Rate of the onboard timebase that is counted; None: a pin is."""
@@ -44,10 +44,10 @@ class Plan:
     """Duplicate count prevention: whether a sample without a source edge since the last one is written."""
 
     samples: int | None
-    """How many samples a finite task takes; None: continuous."""
+    """Number of samples that a finite task takes; None: continuous."""
 
     capacity: int
-    """Input buffer, in samples."""
+    """Size of the input buffer, in samples."""
 
     overwrite: bool
     """Whether unread samples of a continuous task may be overwritten."""

@@ -23,13 +23,13 @@ class Moments:
     """Times at which counters are latched, and what had come by then since power-up."""
 
     time_s: Floats
-    """``(n,)``."""
+    """``(n,)`` times, in seconds."""
 
     photons: Integers
-    """``(n,)``."""
+    """``(n,)`` photons by each time."""
 
     edges: Integers
-    """``(n,)``: sync edges."""
+    """``(n,)`` sync edges by each time."""
 
 
 @dataclass

@@ -21,7 +21,7 @@ class Start:
     """The 14 bytes of SCAN_START."""
 
     scans: int
-    """How many; 0: until it is stopped."""
+    """Number of scans; 0: until it is stopped."""
 
     retriggers: int
     pacer_period: int

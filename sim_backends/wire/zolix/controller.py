@@ -15,10 +15,10 @@ from sim_backends.wire.zolix.faults import COMPLETION, Faults
 from sim_backends.wire.zolix.settings import Mc600Settings, Sc300Settings
 
 BoxSettings: TypeAlias = Mc600Settings | Sc300Settings
-"""Settings of either dialect."""
+"""Settings of a box of either dialect."""
 
 CarryObject: TypeAlias = Callable[[Callable[[Floats], Floats]], None]
-"""Told how the object is carried: clock seconds ``(n,)`` to mm ``(n,)``."""
+"""Function that is told how the object is carried: clock seconds ``(n,)`` to mm ``(n,)``."""
 
 _LONGEST_LINE = 256
 """A line without CR that grows longer is thrown away."""
@@ -29,7 +29,7 @@ class Answer:
     """What a command leads to."""
 
     lines: tuple[str, ...] = ()
-    """Reply lines, at once."""
+    """Lines of the reply, sent at once."""
 
     moved: tuple[str, ...] = ()
     """Axes whose motion it started or ended."""

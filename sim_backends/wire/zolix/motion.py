@@ -31,7 +31,7 @@ class Rates:
     """What a controller is told about a motion, in pulses and seconds."""
 
     top: float
-    """Speed of the cruise."""
+    """Speed between the ramps."""
 
     initial: float
     """Speed at which a stepper starts and ends without a ramp."""

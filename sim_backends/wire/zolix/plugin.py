@@ -9,7 +9,7 @@ from sim_backends.wire.zolix.sc300 import sc300_controller
 from sim_backends.wire.zolix.settings import Mc600Settings, Sc300Settings
 
 _TIMEOUT_S = 0.1
-"""Of the port when it is handed over; a driver sets its own."""
+"""Timeout of the port when it is handed over, in seconds; a driver sets its own."""
 
 
 def _open_port(controller: Controller, name: str) -> EmulatedPort:

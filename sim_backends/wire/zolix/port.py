@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
 
 _SLICE_S = 0.005
-"""On a clock that really waits, how long a read sleeps before it looks for what other threads have sent."""
+"""Time that a read sleeps, on a clock that really waits, before it looks for what other threads have sent."""
 
 
 class EmulatedPort(serial.SerialBase):
