@@ -49,10 +49,8 @@ class NiRun:
         self._photons = photons
 
     def read(self, timeout_s: float) -> CountBlock:
-        """As ``PhotonCounter.read``."""
-        block = collect(
-            self._handover, self._poll, run=self._run, clock=self._clock, timeout_s=timeout_s
-        )  # fmt: skip
+        """Hand over the bins that have closed; as ``PhotonCounter.read``."""
+        block = collect(self._handover, self._poll, run=self._run, clock=self._clock, timeout_s=timeout_s)
         if not len(block) and self._handover.left and timeout_s >= self._run.latency_s:
             self._compare()
             if self._handover.fault is not None:
@@ -61,9 +59,7 @@ class NiRun:
 
     def finish(self) -> CounterReport:
         """Stop and free the counters; what fails becomes a note."""
-        notes: list[str] = []
-        if self._handover.fault is not None and self._handover.left:
-            notes.append(f"the run broke off: {self._handover.fault}")
+        notes = self._handover.notes
         edges_seen = self._edges_seen(notes)
         self._ask_for_doubts(notes)
         backlog = self._photons.worst_backlog / self._buffer

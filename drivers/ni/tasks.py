@@ -14,6 +14,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.h10682.detector import NAME
 from drivers.ni.errors import NOT_YET_AVAILABLE, NiFault
 from protocols import InputError
 
@@ -122,7 +123,7 @@ def open_system(transport: object | None = None) -> NiSystem:
         raise NiFault(f"no module {error.name!r}") from error
     if transport is not None and not hasattr(transport, "grpc_channel"):
         raise InputError(
-            device="pmt",
+            device=NAME,
             saw=f"a transport of type {type(transport).__name__}",
             expected="a nidaqmx.GrpcSessionOptions",
             remedy="name a transport that is made for NI-DAQmx in bench.toml",

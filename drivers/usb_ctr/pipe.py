@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from importlib import import_module
 from typing import Any, Protocol
 
+from drivers.h10682.detector import NAME
 from drivers.usb_ctr.codec import PRODUCTS, SCAN_ENDPOINT, VENDOR_ID
 from protocols import InputError
 
@@ -64,7 +65,7 @@ def find_pipes(transport: object | None = None) -> list[UsbPipe]:
     core: Any = import_module("usb.core")
     if transport is not None and not hasattr(transport, "ctrl_transfer"):
         raise InputError(
-            device="pmt",
+            device=NAME,
             saw=f"a transport of type {type(transport).__name__}",
             expected="a usb.backend.IBackend",
             remedy="name a transport that is made for the USB-CTR in bench.toml",

@@ -43,15 +43,14 @@ class UsbCtrScan:
             raise
 
     def read(self, timeout_s: float) -> CountBlock:
-        """As ``PhotonCounter.read``."""
+        """Hand over the bins that have closed; as ``PhotonCounter.read``."""
         return collect(self._handover, self._poll, run=self._run, clock=self._clock, timeout_s=timeout_s)
 
     def finish(self) -> CounterReport:
         """Count the surplus edges, stop the board; what fails becomes a note."""
         notes: list[str] = []
         edges_seen = self._edges_seen(notes)
-        if self._handover.fault is not None and self._handover.left:
-            notes.append(f"the run broke off: {self._handover.fault}")
+        notes += self._handover.notes  # only now, for the last packets may have brought the fault
         if self._settings.edge_timer is None:
             notes.append("no edge times: the board does not give them unless edge_timer is wired and set")
         notes.extend(self._stop())
@@ -159,7 +158,7 @@ class UsbCtrScan:
             device=NAME,
             saw=f"a scan that ended by itself (status bit {mask:#04x}) after {self._samples} samples",
             expected="a scan that goes on until it is stopped",
-            remedy="record again; if it comes back, run self_test and correct scan_done_mask in bench.toml",
+            remedy="record again; if it comes back, run the self-test and correct scan_done_mask in bench.toml",
         )
 
 

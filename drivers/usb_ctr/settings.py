@@ -48,10 +48,10 @@ class UsbCtrSettings(Frozen):
 
     debounce_code: Annotated[int, Field(ge=0, le=16)] = 16
     """The code that means "no debounce". The maker's library sends 16; another public driver says 0, which by the maker's
-    table is 500 ns and would swallow every photon. ``self_test`` shows which is true on the board at hand."""
+    table is 500 ns and would swallow every photon. ``run_self_test`` shows which is true on the board at hand."""
 
     scan_done_mask: Literal[0x20, 0x40] = 0x40
-    """Status bit of an ended scan: 0x40 by the maker's library, 0x20 by another public driver. ``self_test`` shows it."""
+    """Status bit of an ended scan: 0x40 by the maker's library, 0x20 by another public driver. ``run_self_test`` shows it."""
 
     first_samples: Annotated[int, Field(ge=0, le=2)] = 1
     """Samples before the first bin. 1: the first edge gives the sample "start to first edge". 2: the board samples at the start
