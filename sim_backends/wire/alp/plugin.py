@@ -4,10 +4,10 @@ from protocols import BenchContext, TransportPlugin
 from sim_backends.bench import bench_of
 from sim_backends.wire.alp.board import EmulatedAlpBoard
 from sim_backends.wire.alp.library import AlpLibrary
-from sim_backends.wire.alp.settings import AlpSettings
+from sim_backends.wire.alp.settings import AlpEmulatorSettings
 
 
-def open_library(settings: AlpSettings, context: BenchContext) -> AlpLibrary:
+def open_library(settings: AlpEmulatorSettings, context: BenchContext) -> AlpLibrary:
     """Give the function table of a library with one board, on the context's optical bench.
 
     Raises:
@@ -18,7 +18,7 @@ def open_library(settings: AlpSettings, context: BenchContext) -> AlpLibrary:
 
 plugin = TransportPlugin(
     summary="ALP-4 library with an emulated V-7000 board, on the optical bench",
-    settings=AlpSettings,
+    settings=AlpEmulatorSettings,
     open=open_library,
 )
 """Found as ``kinopix.transports: alp-emulator``."""

@@ -76,7 +76,7 @@ AlpFault: TypeAlias = Annotated[CallFault | NoDmd | LostFrames | WrongRows, Fiel
 """Something that goes wrong on this board."""
 
 
-class AlpSettings(Frozen):
+class AlpEmulatorSettings(Frozen):
     """A V-7000 as far as the sheet knows it. Marks: [V] verified, [S] second-hand, [I] inferred, [U] unknown."""
 
     serial_number: PositiveInt = 10001

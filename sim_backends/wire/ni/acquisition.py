@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from protocols import Floats, Integers
 from sim_backends.bench import OpticalBench
 from sim_backends.wire.ni.errors import CI_OVERRUN, STOPPED_TO_PREVENT_OVERWRITE, Manner
-from sim_backends.wire.ni.settings import LatchRace, NiSettings, ReadFault, ServerVanishes, Unplugged
+from sim_backends.wire.ni.settings import LatchRace, NiEmulatorSettings, ReadFault, ServerVanishes, Unplugged
 from sim_backends.wire.seen_edges import SeenEdges
 
 _WRAP = 2**32
@@ -65,7 +65,7 @@ class Break:
 class Acquisition:
     """The counter and its buffer, from arming on. It is told the time, and never waits."""
 
-    def __init__(self, settings: NiSettings, bench: OpticalBench, plan: Plan, now_s: float) -> None:
+    def __init__(self, settings: NiEmulatorSettings, bench: OpticalBench, plan: Plan, now_s: float) -> None:
         self.plan = plan
         self.broken: Break | None = None
         self.overwritten = False

@@ -117,7 +117,7 @@ NiFault: TypeAlias = Annotated[
 """Something that goes wrong on this board."""
 
 
-class NiSettings(Frozen):
+class NiEmulatorSettings(Frozen):
     """An X-series board behind a gRPC device server. Marks as in the sheet: [I] inferred, [R] recalled, [U] unknown."""
 
     devices: tuple[str, ...] = ("Dev1",)

@@ -15,7 +15,7 @@ import usb.core
 
 from sim_backends.wire.usb_ctr.board import EmulatedUsbCtrBoard
 from sim_backends.wire.usb_ctr.requests import Gone, Stall, TimedOut
-from sim_backends.wire.usb_ctr.settings import NoAccess, UsbCtrSettings
+from sim_backends.wire.usb_ctr.settings import NoAccess, UsbCtrEmulatorSettings
 
 VENDOR_ID = 0x09DB
 PRODUCT_IDS = {"USB-CTR04": 0x012E, "USB-CTR08": 0x0127}
@@ -51,7 +51,7 @@ class UsbCtrBackend(_IBackend):  # type: ignore[misc]
         self.transcript: list[tuple[int, int, int, int, bytes]] = []
         """bmRequestType, bRequest, wValue, wIndex and data of each vendor transfer, in order, for tests."""
         settings = board.settings
-        self._settings: UsbCtrSettings = settings
+        self._settings: UsbCtrEmulatorSettings = settings
         self._strings = {1: "MCC", 2: settings.model, 3: settings.serial_number}
         self._holder: Handle | None = None
 

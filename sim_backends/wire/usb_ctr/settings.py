@@ -84,7 +84,7 @@ UsbCtrFault: TypeAlias = Annotated[
 """Something that goes wrong on this device."""
 
 
-class UsbCtrSettings(Frozen):
+class UsbCtrEmulatorSettings(Frozen):
     """A USB-CTR04 or 08. Marks as in the sheet: [V] verified, [I] inferred, [U] unknown."""
 
     model: Literal["USB-CTR04", "USB-CTR08"] = "USB-CTR04"

@@ -69,7 +69,7 @@ class _Event:
     act: Callable[[float], None] = field(compare=False)
 
 
-class Controller:
+class EmulatedController:
     """One box on one serial line. Safe to use from several threads.
 
     A command takes effect at the moment at which its last byte has come over the line, and a reply can be read byte by

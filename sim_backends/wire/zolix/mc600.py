@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 from sim_backends.bench import BenchClock
 from sim_backends.wire.zolix.axis import Axis
-from sim_backends.wire.zolix.controller import Answer, CarryObject, Controller
+from sim_backends.wire.zolix.controller import Answer, CarryObject, EmulatedController
 from sim_backends.wire.zolix.faults import Faults
 from sim_backends.wire.zolix.motion import Rates
 from sim_backends.wire.zolix.registers import Registers
@@ -178,6 +178,8 @@ class Mc600:
         return Answer(("OK",), stored=True)
 
 
-def mc600_controller(settings: Mc600Settings, clock: BenchClock, carry: CarryObject | None = None) -> Controller:
+def mc600_controller(
+    settings: Mc600Settings, clock: BenchClock, carry: CarryObject | None = None
+) -> EmulatedController:
     """Switch an MC600 on. It has four axes with the same mechanics; one carries the object."""
-    return Controller(settings, clock, lambda axes, faults: Mc600(settings, axes, faults), carry, _AXES)
+    return EmulatedController(settings, clock, lambda axes, faults: Mc600(settings, axes, faults), carry, _AXES)

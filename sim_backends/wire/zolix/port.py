@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import serial
 
 from sim_backends.bench import RealTimeClock
-from sim_backends.wire.zolix.controller import Controller
+from sim_backends.wire.zolix.controller import EmulatedController
 
 if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
@@ -20,7 +20,7 @@ class EmulatedPort(serial.SerialBase):
     In virtual time a read without timeout that nothing will ever answer raises ``SerialException`` instead of hanging.
     """
 
-    def __init__(self, controller: Controller, port: str | None = None, **options: object) -> None:
+    def __init__(self, controller: EmulatedController, port: str | None = None, **options: object) -> None:
         """Set up the port; it opens at once where a port name is given, as ``serial.Serial`` does.
 
         Args:
@@ -56,7 +56,7 @@ class EmulatedPort(serial.SerialBase):
     def _update_rts_state(self) -> None:
         """The line has no handshake."""
 
-    def _alive(self) -> Controller:
+    def _alive(self) -> EmulatedController:
         if not self.is_open:
             raise serial.PortNotOpenError
         if self.controller.vanished:
