@@ -6,10 +6,10 @@ from typing import Protocol, runtime_checkable
 
 @runtime_checkable
 class Clock(Protocol):
-    """Time in seconds since some fixed moment. Everything that waits, waits on the clock it was given."""
+    """A clock tells the time in seconds since some fixed moment. Everything that waits, waits on the clock it was given."""
 
     def now_s(self) -> float:
-        """Seconds now. Never goes back."""
+        """Give the time now in seconds. It never goes back."""
         ...
 
     def sleep_s(self, duration_s: float) -> None:
@@ -21,7 +21,7 @@ class MonotonicClock:
     """The host's monotonic clock: the one for real hardware."""
 
     def now_s(self) -> float:
-        """Seconds of ``time.monotonic``."""
+        """Give the seconds of ``time.monotonic``."""
         return time.monotonic()
 
     def sleep_s(self, duration_s: float) -> None:

@@ -13,7 +13,7 @@ from typing import Protocol, Self, TypeAlias, runtime_checkable
 import numpy as np
 from pydantic import NonNegativeInt, PositiveInt
 
-from protocols.errors import PlanError
+from protocols.errors import PatternMemoryFull, PictureTimeTooShort, PlanError
 from protocols.values import Bytes, DeviceIdentity, Frozen, Integers
 
 UploadProgress: TypeAlias = Callable[[int, int], None]
@@ -21,63 +21,140 @@ UploadProgress: TypeAlias = Callable[[int, int], None]
 
 
 class ModulatorLimits(Frozen):
-    """What a modulator can do, as read from the device."""
+    """Limits of a modulator as read from the device, and the checks of a sequence and its timing against them."""
 
     columns: PositiveInt
-    """Mirrors a row."""
+    """Number of mirrors in a row."""
 
     rows: PositiveInt
-    """Rows of mirrors."""
+    """Number of rows of mirrors."""
 
     shortest_picture_time_us: PositiveInt
-    """Shortest time from one picture to the next, whole microseconds."""
+    """Shortest time from one picture to the next, in whole microseconds."""
 
     longest_picture_time_us: PositiveInt
-    """Longest such time."""
+    """Longest time from one picture to the next, in whole microseconds."""
 
     unique_patterns: PositiveInt
-    """Bit planes that the device can hold now."""
+    """Number of bit planes that the device can hold now."""
 
     play_order_entries: PositiveInt
-    """Longest play order, the guard picture included."""
+    """Length of the longest play order in pictures, the guard picture included."""
+
+    def check_sequence(self, sequence: "PatternSequence", device: str) -> None:
+        """Refuse a sequence for other mirrors, or one that does not fit; ``device`` is the name that the error carries.
+
+        Raises:
+            PlanError: the sequence was made for another mirror geometry.
+            PatternMemoryFull: more unique patterns, or a longer play order, than the device holds.
+        """
+        self.check_geometry(sequence.grid, device)
+        self.check_unique_patterns(len(sequence.planes), device)
+        self.check_play_order(len(sequence.play_order), device)
+
+    def check_geometry(self, grid: "PixelGrid", device: str) -> None:
+        """Refuse patterns that were made for another mirror array.
+
+        Raises:
+            PlanError: names both geometries.
+        """
+        if (grid.columns, grid.rows) != (self.columns, self.rows):
+            raise PlanError(
+                device=device,
+                saw=f"patterns for {grid.columns} x {grid.rows} mirrors",
+                expected=f"{self.columns} x {self.rows}",
+                remedy="build the sequence with the columns and rows of this modulator's limits",
+            )
+
+    def check_unique_patterns(self, unique_patterns: int, device: str) -> None:
+        """Refuse more unique patterns than the device holds.
+
+        Raises:
+            PatternMemoryFull: names both numbers.
+        """
+        if unique_patterns > self.unique_patterns:
+            raise PatternMemoryFull(device, unique_patterns, self.unique_patterns)
+
+    def check_play_order(self, pictures: int, device: str) -> None:
+        """Refuse a play order of more pictures, the guard included, than the device keeps.
+
+        Raises:
+            PatternMemoryFull: names both numbers.
+        """
+        if pictures > self.play_order_entries:
+            raise PatternMemoryFull(device, pictures, self.play_order_entries, "pictures in the play order")
+
+    def check_timing(self, timing: "ModulatorTiming", device: str) -> None:
+        """Refuse a picture time that the device does not play, or a sync pulse that does not end within a picture.
+
+        Raises:
+            PictureTimeTooShort: faster than the device can play; names the shortest time.
+            PlanError: slower than the device can play, or a sync pulse as long as the picture.
+        """
+        self.check_picture_time(timing.picture_time_us, device)
+        longest_us = timing.picture_time_us - 1
+        if timing.sync_width_us > longest_us:
+            raise PlanError(
+                device=device,
+                saw=f"a sync width of {timing.sync_width_us} us in a picture time of {timing.picture_time_us} us",
+                expected=f"at most {longest_us} us, shorter than the picture time",
+                remedy="shorten sync_width_us, or lower pattern_rate_hz",
+            )
+
+    def check_picture_time(self, picture_time_us: int, device: str) -> None:
+        """Refuse a picture time outside what the device can play.
+
+        Raises:
+            PictureTimeTooShort: names the shortest time, and the rate that would do.
+            PlanError: longer than the longest; names it, and the rate that would do.
+        """
+        if picture_time_us < self.shortest_picture_time_us:
+            raise PictureTimeTooShort(device, picture_time_us, self.shortest_picture_time_us)
+        if picture_time_us > self.longest_picture_time_us:
+            raise PlanError(
+                device=device,
+                saw=f"a picture time of {picture_time_us} us",
+                expected=f"at most {self.longest_picture_time_us} us",
+                remedy=f"raise pattern_rate_hz to {1e6 / self.longest_picture_time_us:g} or more",
+            )
 
 
 class ModulatorTiming(Frozen):
-    """When a modulator changes pictures. Read back from the device, never assumed."""
+    """Timing of a modulator's pictures. It is read back from the device, never assumed."""
 
     picture_time_us: PositiveInt
-    """Start of one picture to the start of the next."""
+    """Time from the start of one picture to the start of the next, in whole microseconds."""
 
     sync_delay_us: NonNegativeInt = 0
-    """Sync edge to picture start. 0 makes a counter's bins the pictures themselves."""
+    """Time from the sync edge to the start of its picture, in microseconds. 0 makes a counter's bins the pictures themselves."""
 
     sync_width_us: PositiveInt = 5
-    """Length of the sync pulse: longer than the counter's input filter, shorter than the picture time."""
+    """Length of the sync pulse in microseconds: longer than the counter's input filter, shorter than the picture time."""
 
 
 class PixelGrid(Frozen):
-    """Where the square image grid lies on the modulator's mirrors, centred."""
+    """Place of the square image grid on the modulator's mirrors, centred."""
 
     image_size: PositiveInt
-    """Image pixels a side (m)."""
+    """Side of the image in pixels (m)."""
 
     superpixel: PositiveInt
-    """Mirrors a side of one image pixel."""
+    """Side of one image pixel in mirrors."""
 
     columns: PositiveInt = 1024
-    """Mirrors a row of the whole modulator."""
+    """Number of mirrors in a row of the whole modulator."""
 
     rows: PositiveInt = 768
-    """Rows of mirrors of the whole modulator."""
+    """Number of rows of mirrors of the whole modulator."""
 
     @property
     def side_mirrors(self) -> int:
-        """Mirrors a side of the image field."""
+        """Side of the image field in mirrors."""
         return self.image_size * self.superpixel
 
     @property
     def origin(self) -> tuple[int, int]:
-        """Row and column of the field's first mirror: the field is centred on the modulator."""
+        """Row and column of the field's first mirror, from 0: the field is centred on the modulator."""
         return (self.rows - self.side_mirrors) // 2, (self.columns - self.side_mirrors) // 2
 
     @property
@@ -95,16 +172,16 @@ class PatternSequence:
     """
 
     planes: Bytes
-    """``(unique, samples, ceil(samples / 8))``: rows packed 8 samples a byte, leftmost sample in the highest bit."""
+    """``(unique, samples, ceil(samples / 8))`` bit planes, 8 samples a byte along a row, the leftmost in the highest bit."""
 
     play_order: Integers
-    """``(pictures,)``: index into ``planes`` of each picture. The last one is the guard: a dark plane."""
+    """``(pictures,)`` index into ``planes`` of each picture. The last one is the guard: a dark plane."""
 
     grid: PixelGrid
-    """Where the field lies on the mirrors."""
+    """Place of the patterns' field on the mirrors."""
 
     samples: int
-    """Pattern samples a side: ``grid.image_size`` times the upsampling ratio of the dithering."""
+    """Side of a pattern in samples: ``grid.image_size`` times the upsampling ratio of the dithering."""
 
     def __post_init__(self) -> None:
         """Refuse a sequence that cannot be played.
@@ -129,7 +206,7 @@ class PatternSequence:
 
     @property
     def n_patterns(self) -> int:
-        """Patterns that are data: all pictures but the guard."""
+        """Number of patterns that are data: all pictures but the guard."""
         return len(self.play_order) - 1
 
     @cached_property
@@ -137,11 +214,11 @@ class PatternSequence:
         return self.grid.side_mirrors // self.samples
 
     def sample_plane(self, index: int) -> Bytes:
-        """Plane ``index`` as ``(samples, samples)`` of 0 and 1."""
+        """Give plane ``index`` as ``(samples, samples)`` of 0 and 1."""
         return np.unpackbits(self.planes[index], axis=-1, count=self.samples)
 
     def mirror_plane(self, index: int) -> Bytes:
-        """Plane ``index`` as the modulator wants it: ``(rows, columns / 8)``, packed, dark outside the field."""
+        """Give plane ``index`` as the modulator wants it: ``(rows, columns / 8)``, packed, dark outside the field."""
         grid = self.grid
         top, left = grid.origin
         mirrors = np.zeros((grid.rows, grid.columns), np.uint8)
@@ -164,12 +241,12 @@ class PatternModulator(Protocol):
 
     @property
     def identity(self) -> DeviceIdentity:
-        """Who the device is."""
+        """Identity of the board and of its mirror array."""
         ...
 
     @property
     def limits(self) -> ModulatorLimits:
-        """Geometry in mirrors, picture times, and memory in unique patterns."""
+        """Geometry in mirrors, shortest and longest picture time, and memory in unique patterns."""
         ...
 
     def load(
@@ -177,12 +254,13 @@ class PatternModulator(Protocol):
     ) -> ModulatorTiming:
         """Store each unique pattern once and return the timing that the device will keep.
 
-        All or nothing: after an error the device holds no half sequence and can be loaded again.
+        The device stores all or nothing: after an error it holds no half sequence and can be loaded again.
+        ``ModulatorLimits`` has the checks of both arguments.
 
         Raises:
             PatternMemoryFull: more unique patterns, or a longer play order, than the device holds.
             PictureTimeTooShort: faster than the device can play; names the shortest.
-            PlanError: the sequence was made for another mirror geometry.
+            PlanError: the sequence was made for another mirror geometry, or the timing is not one that the device has.
         """
         ...
 

@@ -20,77 +20,77 @@ DeviceT = TypeVar("DeviceT")
 
 
 class Availability(Frozen):
-    """Whether a driver can be used on this machine now."""
+    """Answer to the question whether a driver can be used on this machine now."""
 
     ready: bool
     """True where nothing is missing."""
 
     version: str = ""
-    """Version of the vendor library, where there is one."""
+    """Version of the vendor library; empty where there is none."""
 
     missing: str = ""
-    """What is missing and how to get it; empty where ready."""
+    """Sentence that says what is missing and how to get it; empty where ready."""
 
 
 @dataclass(frozen=True)
 class BenchContext:
-    """What a plug-in is given beside its settings."""
+    """Surroundings that a plug-in is given beside its settings."""
 
     clock: Clock = field(default_factory=MonotonicClock)
-    """Time for every wait and every time stamp."""
+    """Clock for every wait and every time stamp."""
 
     scene: Scene | None = None
     """The simulated bench, where bench.toml has a ``[scene]``."""
 
     transport: object | None = None
-    """What to talk through instead of the hardware, where bench.toml names a ``transport``."""
+    """Object to talk through instead of the hardware, where bench.toml names a ``transport``."""
 
     folder: Path = field(default_factory=Path)
     """Folder of bench.toml: relative paths in settings start here."""
 
 
 def always_ready() -> Availability:
-    """Availability of a plug-in that needs nothing but Python."""
+    """Answer for a plug-in that needs nothing but Python."""
     return Availability(ready=True)
 
 
 def probe_nothing() -> tuple[str, ...]:
-    """Probe of a plug-in that has no way to look for devices."""
+    """Answer for a plug-in that cannot look for devices."""
     return ()
 
 
 @dataclass(frozen=True)
 class DriverPlugin(Generic[SettingsT, DeviceT]):
-    """A driver: what it is called, what it can be told, how it is opened."""
+    """A driver: what it is for, what it can be told, how it is opened."""
 
     summary: str
-    """One line for ``kinopix drivers``."""
+    """One line of text for ``kinopix drivers``."""
 
     settings: type[SettingsT]
     """Model of the driver's own keys in bench.toml."""
 
     open: Callable[[SettingsT, BenchContext], DeviceT]
-    """Open the device; the device is a context manager that closes it."""
+    """Function that opens the device; the device is a context manager that closes it."""
 
     availability: Callable[[], Availability] = always_ready
-    """Looks for the vendor library and so on, without touching a device."""
+    """Function that looks for the vendor library and so on, without touching a device."""
 
     probe: Callable[[], tuple[str, ...]] = probe_nothing
-    """Looks for devices and tells one line for each; asks nothing that could move or show anything."""
+    """Function that looks for devices and tells one line for each; it asks nothing that could move or show anything."""
 
 
 @dataclass(frozen=True)
 class TransportPlugin(Generic[SettingsT]):
-    """What a real driver talks through instead of its hardware: an emulator, a recorder, a bridge."""
+    """A transport: what a real driver talks through instead of its hardware, such as an emulator, a recorder or a bridge."""
 
     summary: str
-    """One line for ``kinopix drivers``."""
+    """One line of text for ``kinopix drivers``."""
 
     settings: type[SettingsT]
     """Model of the ``[<device>.emulator]`` table in bench.toml."""
 
     open: Callable[[SettingsT, BenchContext], object]
-    """Give the transport object that the driver expects (its documentation says which)."""
+    """Function that gives the transport object that the driver expects (its documentation says which)."""
 
 
 @dataclass(frozen=True)
@@ -98,10 +98,10 @@ class ScenePlugin(Generic[SettingsT]):
     """A simulated bench."""
 
     summary: str
-    """One line for ``kinopix drivers``."""
+    """One line of text for ``kinopix drivers``."""
 
     settings: type[SettingsT]
     """Model of the ``[scene]`` table in bench.toml."""
 
     open: Callable[[SettingsT, Path], Scene]
-    """Build the scene; paths in the settings are relative to the folder given."""
+    """Function that builds the scene; paths in the settings are relative to the folder given."""

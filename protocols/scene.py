@@ -10,13 +10,13 @@ from protocols.values import Floats
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """What a simulated run really showed."""
+    """Truth of a simulated run: what it really showed."""
 
     displacement_px: Floats
-    """``(frames, 2)``: x, y at each asked time, relative to the first."""
+    """``(frames, 2)`` displacement along x and y at each asked time, in image pixels, relative to the first."""
 
     image: Floats
-    """``(image_size, image_size)``: transmission of the object at the first asked time, row = y (down), column = x."""
+    """``(image_size, image_size)`` transmission of the object at the first asked time, row = y (down), column = x."""
 
 
 @runtime_checkable
@@ -25,13 +25,13 @@ class Scene(Protocol):
 
     @property
     def clock(self) -> Clock:
-        """The time of every device on this bench."""
+        """Clock of every device on this bench."""
         ...
 
     def use_grid(self, grid: PixelGrid) -> None:
-        """Take ``grid`` as the meaning of "px" from now on. Called before the patterns of a run are loaded."""
+        """Take ``grid`` as the meaning of "px" from now on. It is called before the patterns of a run are loaded."""
         ...
 
     def truth(self, time_s: Floats) -> Truth:
-        """What the last run showed at ``time_s``, ``(frames,)``, counted from its first sync edge."""
+        """Tell what the last run showed at ``time_s``, ``(frames,)`` seconds counted from its first sync edge."""
         ...

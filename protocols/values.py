@@ -19,7 +19,7 @@ Integers: TypeAlias = NDArray[np.int64]
 """Indices and exact counts."""
 
 Mask: TypeAlias = NDArray[np.bool_]
-"""True where the thing named holds."""
+"""Booleans, True where the thing named holds."""
 
 
 class Frozen(BaseModel):
@@ -29,16 +29,16 @@ class Frozen(BaseModel):
 
 
 class DeviceIdentity(Frozen):
-    """Who a device is, for the recording and for every error message."""
+    """Identity of a device, for the recording and for every error message."""
 
     name: str
-    """The short name that errors carry, such as ``dmd``, ``pmt`` or ``stage``."""
+    """Short name that errors carry, such as ``dmd``, ``pmt`` or ``stage``."""
 
     vendor: str
     """Maker of the device."""
 
     model: str
-    """Model as the maker writes it."""
+    """Name of the model, as the maker writes it."""
 
     serial: str = ""
     """Serial number, empty where the device does not tell."""
@@ -47,7 +47,7 @@ class DeviceIdentity(Frozen):
     """Firmware version, empty where the device does not tell."""
 
     driver: str = ""
-    """Driver plug-in and the version of the vendor library under it."""
+    """Name of the driver plug-in, and version of the vendor library under it."""
 
     simulated: bool = False
     """True where no hardware stands behind it."""

@@ -1,1 +1,1 @@
-"""Hamamatsu H10682 photon-counting head, read by an NI counter (``ni``) or an MCC USB-CTR board (``usb_ctr``)."""
+"""Hamamatsu H10682 photon-counting head: what its drivers share, whichever counter board reads it (``ni``, ``usb_ctr``)."""

@@ -8,10 +8,10 @@ one that was measured on the rig, in darkness, after half an hour. The pulse-pai
 
 from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt
 
-from protocols import CounterLimits, CounterRun, Frozen, PlanError
+from protocols import CounterLimits, Frozen
 
 NAME = "pmt"
-"""How errors and recordings name the counter."""
+"""Name of the counter in errors and recordings."""
 
 LINEAR_LOSS = 0.1
 """Share of counts lost at the count rate that the data sheet calls the limit of linearity."""
@@ -21,19 +21,16 @@ class Head(Frozen):
     """One H10682 head."""
 
     model: str = "H10682-210"
-    """As on its label: -110 (380 to 700 nm) or -210 (230 to 700 nm)."""
+    """Model, as on the head's label: -110 (380 to 700 nm) or -210 (230 to 700 nm)."""
 
     dead_time_s: PositiveFloat = 20e-9
-    """Pulse-pair resolution, second-hand [S]."""
+    """Pulse-pair resolution in seconds, second-hand [S]."""
 
     dark_rate_hz: NonNegativeFloat = 0.0
-    """Measured with the shutter closed, after 30 minutes of darkness; 0 where it was not measured."""
-
-    dark_alarm_hz: PositiveFloat = 1000.0
-    """Highest dark rate a good head shows [S]; older sheets say 100. For an alarm, never for a correction."""
+    """Dark counts a second, measured with the shutter closed after 30 minutes of darkness; 0 where it was not measured."""
 
     system_dead_time_s: PositiveFloat | None = Field(default=None)
-    """Dead time of head and counter together, as measured on the rig. None takes the longer of the two."""
+    """Dead time of head and counter together in seconds, as measured on the rig. None takes the longer of the two."""
 
 
 def linear_limit_hz(dead_time_s: float) -> float:
@@ -63,26 +60,3 @@ def counter_limits(
         max_bins=max_bins,
         edge_time_resolution_s=edge_time_resolution_s,
     )
-
-
-def check_run(device: str, run: CounterRun, limits: CounterLimits) -> None:
-    """Refuse a run that is faster or longer than the counter.
-
-    Raises:
-        PlanError: names what was asked and what is possible.
-    """
-    rate_hz = 1 / run.period_s
-    if rate_hz > limits.max_sync_rate_hz * (1 + 1e-9):
-        raise PlanError(
-            device=device,
-            saw=f"{rate_hz:.6g} sync edges a second",
-            expected=f"at most {limits.max_sync_rate_hz:.6g}",
-            remedy="lower pattern_rate_hz in plan.toml",
-        )
-    if limits.max_bins is not None and run.n_bins > limits.max_bins:
-        raise PlanError(
-            device=device,
-            saw=f"a run of {run.n_bins} patterns",
-            expected=f"at most {limits.max_bins}",
-            remedy="record fewer frames a run",
-        )

@@ -1,4 +1,4 @@
-"""How both counters give bins to the caller: in order, each once, and an error only when nothing good is left.
+"""How every counter of the head gives bins to the caller: in order, each once, and an error only when nothing good is left.
 
 Counts and the durations of bins arrive from the board apart from each other and in pieces of any size. ``Handover`` keeps
 them until both halves of a bin are there; ``collect`` waits on the bench's clock until there are enough.
@@ -13,7 +13,7 @@ from protocols import Clock, CountBlock, CounterRun, Floats, Integers, KinopixEr
 
 
 class Handover:
-    """Closed bins on their way to the caller, and the fault that waits behind them."""
+    """Closed bins that the caller has still to get, and the fault that waits behind them."""
 
     def __init__(self, n_bins: int, tick_s: float | None = None) -> None:
         """Start empty.
@@ -32,13 +32,19 @@ class Handover:
 
     @property
     def left(self) -> int:
-        """Bins of the run that the caller has not got yet."""
+        """Number of bins of the run that the caller has not got yet."""
         return self._n_bins - self.handed_over
 
     @property
     def ready(self) -> int:
-        """Bins that ``take`` would give now."""
+        """Number of bins that ``take`` would give now."""
         return min(self.left, self._timed or (len(self._counts) if self._untimed_may_go else 0))
+
+    @property
+    def notes(self) -> list[str]:
+        """New list for a report, with the fault where one broke the run off."""
+        broken_off = self.fault is not None and self.left
+        return [f"the run broke off: {self.fault}"] if broken_off else []
 
     def add(self, counts: NDArray[np.uint32], ticks: Integers | None = None) -> None:
         """Put in ``(n,)`` counts and ``(m,)`` durations in ticks, in hardware order; n and m may differ."""
@@ -81,7 +87,7 @@ class Handover:
 
 
 def bins_per_block(run: CounterRun) -> int:
-    """Bins that close in one latency, at least one."""
+    """Give the number of bins that close in one latency, at least one."""
     return max(1, round(run.latency_s / run.period_s))
 
 

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from protocols import CountBlock, Floats, Integers, Mask
+from protocols import CountBlock, CounterOverrun, Floats, Integers, Mask
 
 EARLY: Final = 0.75
 """An edge sooner than this many periods after the last good one is surplus (a bounce)."""
@@ -59,6 +59,7 @@ class Aligner:
         """
         self._period_s = period_s
         self._next = 0
+        self._bins = 0
         self._opened_s: float | None = None  # opening edge of a pattern that surplus edges have split so far
         self._carried = 0.0  # its light so far
         self._split = False
@@ -75,7 +76,14 @@ class Aligner:
         A gap puts the joint light of the patterns on the first of them, invalid, and NaN on the others. Pieces that a surplus
         edge split are added up again, and the pattern is marked invalid all the same. Bins that come without edge times after
         others that had them are placed in order and marked invalid.
+
+        Raises:
+            CounterOverrun: the block does not begin where the one before ended, so that bins are missing or came twice.
+                Nothing of it is placed; what was placed before stays good.
         """
+        if block.first_bin != self._bins:
+            raise _out_of_step(block, self._bins)
+        self._bins += len(block)
         counts = block.counts.astype(np.float64)
         if block.opening_edge_s is None or block.closing_edge_s is None or not len(block):
             return self._in_order(block, counts)
@@ -132,3 +140,14 @@ class Aligner:
             np.array(doubles, np.int64),
             np.array(irregular, np.int64),
         )
+
+
+def _out_of_step(block: CountBlock, expected: int) -> CounterOverrun:
+    low, high = sorted((block.first_bin, expected))
+    bins, verb = (f"bin {low}", "is") if high - low == 1 else (f"bins {low} to {high - 1}", "are")
+    return CounterOverrun(
+        device="counter",
+        saw=f"a block that begins at bin {block.first_bin}: {bins} {f'{verb} missing' if low == expected else 'came again'}",
+        expected=f"bin {expected}, where the block before ended",
+        remedy="record again; if it comes back, run the conformance suite of the counter's driver",
+    )

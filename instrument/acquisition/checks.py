@@ -13,9 +13,7 @@ from protocols import (
     KinopixError,
     LinearStage,
     ModulatorLimits,
-    PatternMemoryFull,
     PatternSequence,
-    PictureTimeTooShort,
     PlanError,
 )
 
@@ -106,20 +104,14 @@ def _error(name: str, error: KinopixError) -> Check:
 
 def _picture_time(plan: Plan, limits: ModulatorLimits) -> Check:
     time_us, asked_us = plan.picture_time_us, 1e6 / plan.pattern_rate_hz
-    shortest_us, longest_us = limits.shortest_picture_time_us, limits.longest_picture_time_us
-    if time_us < shortest_us:
-        return _error("picture time", PictureTimeTooShort("modulator", asked_us, shortest_us))
-    if time_us > longest_us:
-        error = PlanError(
-            device="modulator",
-            saw=f"a picture time of {time_us} us",
-            expected=f"at most {longest_us} us",
-            remedy=f"raise pattern_rate_hz to {1e6 / longest_us:g} or more",
-        )
+    try:
+        limits.check_picture_time(time_us, "modulator")
+    except PlanError as error:
         return _error("picture time", error)
     if abs(time_us - asked_us) > 1e-3:
         message = f"{time_us} us, {1e6 / time_us:.1f} patterns/s: boards keep whole microseconds, not {asked_us:.3f}"
         return Check("picture time", "warning", message)
+    shortest_us = limits.shortest_picture_time_us
     return _good("picture time", f"{time_us} us, {1e6 / time_us:.0f} patterns/s; the modulator can do {shortest_us} us")
 
 
@@ -133,21 +125,20 @@ def _memory(plan: Plan, limits: ModulatorLimits, sequence: Callable[[], PatternS
             remedy="lower image_size or superpixel",
         )
         return [_error("field", error)]
-    pictures = plan.patterns + 1
-    if (
-        pictures > limits.play_order_entries
-    ):  # asked before the patterns are made: they might not fit into this computer
-        error = PatternMemoryFull("modulator", pictures, limits.play_order_entries, "pictures in the play order")
+    try:  # asked before the patterns are made: they might not fit into this computer
+        limits.check_play_order(plan.patterns + 1, "modulator")
+    except PlanError as error:
         return [_error("memory", error)]
     built = sequence()
-    unique, pictures = len(built.planes), len(built.play_order)
     found = [_good("field", f"{grid.side_mirrors} x {grid.side_mirrors} of {grid.columns} x {grid.rows} mirrors")]
-    for what, asked, room in (
-        ("unique patterns", unique, limits.unique_patterns),
-        ("pictures in the play order", pictures, limits.play_order_entries),
+    for what, asked, room, check in (
+        ("unique patterns", len(built.planes), limits.unique_patterns, limits.check_unique_patterns),
+        ("pictures in the play order", len(built.play_order), limits.play_order_entries, limits.check_play_order),
     ):
-        if asked > room:
-            found.append(_error("memory", PatternMemoryFull("modulator", asked, room, what)))
+        try:
+            check(asked, "modulator")
+        except PlanError as error:
+            found.append(_error("memory", error))
         else:
             found.append(_good("memory", f"{asked} of {room} {what}"))
     return found
@@ -155,13 +146,9 @@ def _memory(plan: Plan, limits: ModulatorLimits, sequence: Callable[[], PatternS
 
 def _sync_rate(plan: Plan, limits: CounterLimits) -> Check:
     rate_hz = 1 / plan.picture_time_s
-    if rate_hz > limits.max_sync_rate_hz:
-        error = PlanError(
-            device="counter",
-            saw=f"{rate_hz:.0f} patterns/s",
-            expected=f"at most {limits.max_sync_rate_hz:.0f}",
-            remedy="lower pattern_rate_hz",
-        )
+    try:
+        limits.check_sync_rate(plan.picture_time_s, "counter")
+    except PlanError as error:
         return _error("sync rate", error)
     return _good("sync rate", f"{rate_hz:.0f} Hz; the counter can do {limits.max_sync_rate_hz:.3g} Hz")
 
@@ -235,13 +222,9 @@ def _displacement(plan: Plan, px_per_mm: float | None) -> Check:
 def _run_length(plan: Plan, limits: CounterLimits) -> Check:
     patterns = plan.patterns
     message = f"{plan.frames} frames, {patterns} patterns, {plan.run_time_s:.4g} s"
-    if limits.max_bins is not None and patterns > limits.max_bins:
-        error = PlanError(
-            device="counter",
-            saw=message,
-            expected=f"at most {limits.max_bins} patterns a run",
-            remedy="record fewer frames a run",
-        )
+    try:
+        limits.check_bins(patterns, "counter")
+    except PlanError as error:
         return _error("run length", error)
     if scheme_of(plan).image_rows is not None and plan.frames > plan.image_size**2:
         return Check("run length", "warning", f"{message}; Hadamard patterns repeat after {plan.image_size**2} frames")

@@ -4,8 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, Protocol
 
-import numpy as np
-
 from instrument.acquisition.alignment import AlignedBlock, Aligner
 from instrument.acquisition.audit import TimingAudit
 from instrument.plan import Plan
@@ -200,7 +198,7 @@ class _Reader:
 
     def _take(self, block: CountBlock) -> None:
         self._sink.raw(block)
-        self.photon_counts = bool(np.issubdtype(block.counts.dtype, np.integer))
+        self.photon_counts = block.photon_counts
         placed = self._aligner.place(block)
         self.bins += len(block)
         self._audit.see(placed, bins=len(block), photon_counts=self.photon_counts)

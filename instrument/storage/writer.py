@@ -154,7 +154,7 @@ class RecordingWriter:
         The first block also tells whether the values are photon counts: uint32 counts are.
         """
         if self._counts_photons is None and len(block):
-            self._counts_photons = block.counts.dtype.kind == "u"
+            self._counts_photons = block.photon_counts
             self._file.set_value(f"entry/{layout.PHOTON_COUNTS}", self._counts_photons)
         edges = np.full(len(block), np.nan) if block.opening_edge_s is None else block.opening_edge_s
         first = len(self._raw_counts)

@@ -9,7 +9,7 @@ import numpy as np
 from protocols.modulator import ModulatorLimits, ModulatorTiming, PatternSequence, PixelGrid
 
 SAMPLES: Final = 8
-"""Pattern samples a side."""
+"""Side of a pattern in samples."""
 
 
 def sequence_for(
@@ -44,7 +44,7 @@ def timing_for(limits: ModulatorLimits, picture_time_us: int = 10_000) -> Modula
 
 
 def run_s(sequence: PatternSequence, timing: ModulatorTiming) -> float:
-    """How long a sequence plays, its guard picture included."""
+    """Give the time that a sequence plays, its guard picture included, in seconds."""
     return len(sequence.play_order) * timing.picture_time_us * 1e-6
 
 

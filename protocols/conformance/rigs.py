@@ -27,14 +27,14 @@ class ModulatorRig:
     """A modulator under test."""
 
     open: Callable[[], PatternModulator]
-    """Opens the device."""
+    """Function that opens the device."""
 
     clock: Clock
     """The clock that the device was given."""
 
     sync_edges: Callable[[], Floats] | None = None
-    """What hangs on the sync line: seconds ``(n,)``, on any clock, of all edges since the last ``start``. None: nobody
-    looks, and tests that count edges are skipped."""
+    """Function that gives the times ``(n,)`` in seconds, on any clock, of all edges since the last ``start``, as something on
+    the sync line saw them. None: nobody looks, and tests that count edges are skipped."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class CounterRig:
     """A counter under test."""
 
     open: Callable[[], PhotonCounter]
-    """Opens the device."""
+    """Function that opens the device."""
 
     clock: Clock
     """The clock that the device was given."""
@@ -61,23 +61,23 @@ class StageRig:
     """A stage under test. It must be free to move 6 mm (or a tenth of its travel) to both sides."""
 
     open: Callable[[], LinearStage]
-    """Opens the device."""
+    """Function that opens the device."""
 
     clock: Clock
     """The clock that the device was given."""
 
     tolerance_mm: float = 0.01
-    """How far a position may be from what it should be: some steps of the motor."""
+    """Distance by which a position may differ from what it should be, in millimetres: some steps of the motor."""
 
     carriage_mm: Callable[[], float] | None = None
-    """Where the carriage truly is, by other means than the driver's. None: nobody looks, and what needs it is skipped."""
+    """Function that gives the carriage's true position by other means than the driver's. None: what needs it is skipped."""
 
     may_home: bool = True
     """Whether the stage may be homed now: it then goes to its origin."""
 
 
 Rig: TypeAlias = ModulatorRig | CounterRig | StageRig
-"""Any of the three."""
+"""Rig of any of the three kinds."""
 
 RigT_co = TypeVar("RigT_co", ModulatorRig, CounterRig, StageRig, covariant=True)
 

@@ -20,10 +20,10 @@ class Spot:
         room_mm = min(6.0, (high - low) / 10)
         here_mm = stage.position().reported_mm
         self.middle_mm: Final = round(min(max(here_mm, low + room_mm), high - room_mm), 1)
-        """Where each test begins."""
+        """Position at which each test begins, in millimetres."""
 
-        self.way_mm: Final = 0.9 * room_mm
-        """The longest way from there."""
+        self.reach_mm: Final = 0.9 * room_mm
+        """Longest distance of a test from there, in millimetres."""
 
         velocity_mm_s = min(5.0, 0.5 * self.limits.max_velocity_mm_s)
         self.profile: Final = MotionProfile(
@@ -32,8 +32,8 @@ class Spot:
         )
         """A profile well inside the limits."""
 
-        self.whole_s: Final = self.profile.duration_s(self.way_mm)
-        """Time of the longest way."""
+        self.whole_s: Final = self.profile.duration_s(self.reach_mm)
+        """Time of the move over ``reach_mm``, in seconds."""
 
     def but(self, **changes: Any) -> MotionProfile:
         """Give the profile with other figures."""

@@ -13,13 +13,13 @@ from protocols.errors import PlanError, WrongState
 from protocols.values import Floats
 
 N: Final = 50
-"""Bins of most runs."""
+"""Number of bins in most runs."""
 
 PERIOD_S: Final = 1e-3
-"""Time between two edges in most runs; slower where the counter asks for it."""
+"""Time between two edges in most runs, in seconds; slower where the counter asks for it."""
 
 LATENCY_S: Final = 0.01
-"""Ten bins a block."""
+"""Latency that makes ten bins a block, in seconds."""
 
 
 @pytest.fixture
@@ -47,7 +47,7 @@ def _play(rig: CounterRig, edges: int) -> None:
 
 
 def _read_all(counter: PhotonCounter, timeout_s: float = 1.0) -> list[CountBlock]:
-    """All blocks up to the first empty one."""
+    """Give all blocks up to the first empty one."""
     blocks: list[CountBlock] = []
     while len(block := counter.read(timeout_s)):
         blocks.append(block)
@@ -195,7 +195,7 @@ def test_without_edges_a_read_gives_nothing_after_its_time_is_up(rig: CounterRig
         before_s = rig.clock.now_s()
         block = counter.read(timeout_s)
         waited_s = rig.clock.now_s() - before_s
-        assert len(block) == 0
+        assert (len(block), block.first_bin) == (0, 0)
         assert 0.99 * timeout_s <= waited_s <= timeout_s + 2 * LATENCY_S
     _assert_report(counter.disarm(), 0, 0)
 
@@ -213,7 +213,7 @@ def test_a_read_after_the_last_bin_is_empty_at_once(rig: CounterRig, counter: Ph
     assert _bins(_read_all(counter)) == N
     before_s = rig.clock.now_s()
     block = counter.read(10.0)
-    assert len(block) == 0
+    assert (len(block), block.first_bin) == (0, N)
     assert rig.clock.now_s() - before_s <= LATENCY_S
 
 

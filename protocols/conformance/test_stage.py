@@ -13,7 +13,7 @@ from protocols.conformance.support import assert_speaks, error_of, in_another_th
 from protocols.errors import DeviceBusy, DeviceError, DeviceTimeout, MotionTooFast, PlanError, TravelExceeded
 from protocols.stage import LinearStage, Motion, MotionProfile, StagePosition
 
-WAYS: Final = [pytest.param(1, id="up"), pytest.param(-1, id="down")]
+SIGNS: Final = [pytest.param(1, id="up"), pytest.param(-1, id="down")]
 
 
 @pytest.fixture
@@ -54,7 +54,7 @@ def _stands(rig: StageRig, stage: LinearStage) -> StagePosition:
 
 def test_it_satisfies_the_protocol(stage: LinearStage, spot: Spot) -> None:
     assert isinstance(stage, LinearStage)
-    motion = stage.move_by(spot.way_mm, spot.profile)
+    motion = stage.move_by(spot.reach_mm, spot.profile)
     assert isinstance(motion, Motion)
     motion.wait()
 
@@ -111,11 +111,11 @@ def _too_fast(spot: Spot) -> tuple[float, MotionProfile]:
 
 
 def _too_steep(spot: Spot) -> tuple[float, MotionProfile]:
-    return spot.middle_mm + spot.way_mm, spot.but(acceleration_mm_s2=1.01 * spot.limits.max_acceleration_mm_s2)
+    return spot.middle_mm + spot.reach_mm, spot.but(acceleration_mm_s2=1.01 * spot.limits.max_acceleration_mm_s2)
 
 
 def _too_fast_a_start(spot: Spot) -> tuple[float, MotionProfile]:
-    return spot.middle_mm + spot.way_mm, spot.but(initial_velocity_mm_s=1.01 * spot.profile.velocity_mm_s)
+    return spot.middle_mm + spot.reach_mm, spot.but(initial_velocity_mm_s=1.01 * spot.profile.velocity_mm_s)
 
 
 @pytest.mark.parametrize(
@@ -147,12 +147,12 @@ def test_what_is_outside_the_limits_is_refused_before_anything_moves(
             call()
         assert_speaks(refused.value, stage.identity.name)
     assert near(_stands(rig, stage).reported_mm, spot.middle_mm, rig.tolerance_mm)
-    stage.move_to(spot.middle_mm + spot.way_mm, spot.profile).wait()
+    stage.move_to(spot.middle_mm + spot.reach_mm, spot.profile).wait()
 
 
 def test_checking_what_is_allowed_moves_nothing(rig: StageRig, stage: LinearStage, spot: Spot) -> None:
     low, high = spot.travel_mm
-    for target_mm in (low, high, spot.middle_mm + spot.way_mm):
+    for target_mm in (low, high, spot.middle_mm + spot.reach_mm):
         stage.check(target_mm, spot.profile)
     stage.check(
         high,
@@ -164,12 +164,12 @@ def test_checking_what_is_allowed_moves_nothing(rig: StageRig, stage: LinearStag
 # Moving
 
 
-@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("sign", SIGNS)
 @pytest.mark.parametrize("share", [1.0, 0.125, 0.02])
 def test_it_goes_where_it_is_told_and_reads_back(
-    rig: StageRig, stage: LinearStage, spot: Spot, way: int, share: float
+    rig: StageRig, stage: LinearStage, spot: Spot, sign: int, share: float
 ) -> None:
-    target_mm = spot.middle_mm + way * share * spot.way_mm
+    target_mm = spot.middle_mm + sign * share * spot.reach_mm
     motion = stage.move_to(target_mm, spot.profile)
     assert near(motion.target_mm, target_mm, rig.tolerance_mm)
     end = motion.wait()
@@ -180,10 +180,10 @@ def test_it_goes_where_it_is_told_and_reads_back(
         assert not position.predicted
 
 
-@pytest.mark.parametrize("way", WAYS)
-def test_relative_moves_are_signed_and_add_up(rig: StageRig, stage: LinearStage, spot: Spot, way: int) -> None:
+@pytest.mark.parametrize("sign", SIGNS)
+def test_relative_moves_are_signed_and_add_up(rig: StageRig, stage: LinearStage, spot: Spot, sign: int) -> None:
     at_mm = spot.middle_mm
-    for step_mm in (way * spot.way_mm, -way * 0.25 * spot.way_mm, -way * 0.75 * spot.way_mm):
+    for step_mm in (sign * spot.reach_mm, -sign * 0.25 * spot.reach_mm, -sign * 0.75 * spot.reach_mm):
         at_mm += step_mm
         motion = stage.move_by(step_mm, spot.profile)
         assert near(motion.target_mm, at_mm, rig.tolerance_mm)
@@ -197,14 +197,14 @@ def test_a_move_of_no_length_is_over_soon(rig: StageRig, stage: LinearStage, spo
         assert near(motion.wait().reported_mm, here_mm, rig.tolerance_mm)
         assert motion.done
     assert rig.clock.now_s() - before_s < 2.0
-    stage.move_by(spot.way_mm, spot.profile).wait()
+    stage.move_by(spot.reach_mm, spot.profile).wait()
 
 
 @pytest.mark.parametrize("share", [1.0, 0.1], ids=["trapezoid", "triangle"])
 def test_a_move_takes_the_time_of_its_profile(rig: StageRig, stage: LinearStage, spot: Spot, share: float) -> None:
     before_s = rig.clock.now_s()
-    stage.move_by(share * spot.way_mm, spot.profile).wait()
-    took_s, expected_s = rig.clock.now_s() - before_s, spot.profile.duration_s(share * spot.way_mm)
+    stage.move_by(share * spot.reach_mm, spot.profile).wait()
+    took_s, expected_s = rig.clock.now_s() - before_s, spot.profile.duration_s(share * spot.reach_mm)
     assert 0.95 * expected_s <= took_s <= 1.2 * expected_s + 1.0
 
 
@@ -212,8 +212,8 @@ def test_a_slower_profile_is_obeyed(rig: StageRig, stage: LinearStage, spot: Spo
     for factor in (0.5, 1.0):
         profile = spot.but(velocity_mm_s=factor * spot.profile.velocity_mm_s)
         before_s = rig.clock.now_s()
-        stage.move_by(factor * spot.way_mm, profile).wait()
-        took_s, expected_s = rig.clock.now_s() - before_s, profile.duration_s(factor * spot.way_mm)
+        stage.move_by(factor * spot.reach_mm, profile).wait()
+        took_s, expected_s = rig.clock.now_s() - before_s, profile.duration_s(factor * spot.reach_mm)
         assert 0.95 * expected_s <= took_s <= 1.2 * expected_s + 1.0
 
 
@@ -221,7 +221,7 @@ def test_a_move_returns_at_once_and_is_done_when_the_stage_stands(
     rig: StageRig, stage: LinearStage, spot: Spot
 ) -> None:
     before_s = rig.clock.now_s()
-    motion = stage.move_by(spot.way_mm, spot.profile)
+    motion = stage.move_by(spot.reach_mm, spot.profile)
     assert rig.clock.now_s() - before_s < 0.5 * spot.whole_s
     assert not motion.done
     end = motion.wait()
@@ -229,9 +229,11 @@ def test_a_move_returns_at_once_and_is_done_when_the_stage_stands(
     assert motion.wait().reported_mm == pytest.approx(end.reported_mm, abs=rig.tolerance_mm), "a second wait"
 
 
-@pytest.mark.parametrize("way", WAYS)
-def test_the_position_in_motion_is_on_its_way(rig: StageRig, stage: LinearStage, spot: Spot, way: int) -> None:
-    motion = stage.move_to(spot.middle_mm + way * spot.way_mm, spot.profile)
+@pytest.mark.parametrize("sign", SIGNS)
+def test_the_position_in_motion_lies_between_start_and_target(
+    rig: StageRig, stage: LinearStage, spot: Spot, sign: int
+) -> None:
+    motion = stage.move_to(spot.middle_mm + sign * spot.reach_mm, spot.profile)
     seen: list[StagePosition] = []
     for _ in range(7):
         rig.clock.sleep_s(spot.whole_s / 10)
@@ -243,21 +245,21 @@ def test_the_position_in_motion_is_on_its_way(rig: StageRig, stage: LinearStage,
             since_mm = 2 * spot.profile.velocity_mm_s * (rig.clock.now_s() - position.time_s)
             assert near(rig.carriage_mm(), position.reported_mm, since_mm + rig.tolerance_mm), "it is elsewhere"
     motion.wait()
-    way_done_mm = [way * (position.reported_mm - spot.middle_mm) for position in seen]
-    assert way_done_mm[0] > 0, "it does not move, or to the wrong side"
-    assert all(b >= a - rig.tolerance_mm for a, b in pairwise(way_done_mm)), way_done_mm
-    assert way_done_mm[-1] <= spot.way_mm + rig.tolerance_mm
-    assert way_done_mm[-1] > 0.3 * spot.way_mm
+    done_mm = [sign * (position.reported_mm - spot.middle_mm) for position in seen]
+    assert done_mm[0] > 0, "it does not move, or to the wrong side"
+    assert all(b >= a - rig.tolerance_mm for a, b in pairwise(done_mm)), done_mm
+    assert done_mm[-1] <= spot.reach_mm + rig.tolerance_mm
+    assert done_mm[-1] > 0.3 * spot.reach_mm
     times_s = [position.time_s for position in seen]
     assert all(b > a for a, b in pairwise(times_s))
     assert not stage.position().predicted, "a stage that stands can be asked"
 
 
 def test_a_second_move_is_refused_and_the_first_goes_on(rig: StageRig, stage: LinearStage, spot: Spot) -> None:
-    motion = stage.move_by(spot.way_mm, spot.profile)
+    motion = stage.move_by(spot.reach_mm, spot.profile)
     calls: tuple[Callable[[], Motion], ...] = (
         lambda: stage.move_to(spot.middle_mm, spot.profile),
-        lambda: stage.move_by(-spot.way_mm, spot.profile),
+        lambda: stage.move_by(-spot.reach_mm, spot.profile),
         stage.home,
     )
     for call in calls:
@@ -265,15 +267,15 @@ def test_a_second_move_is_refused_and_the_first_goes_on(rig: StageRig, stage: Li
             call()
         assert_speaks(refused.value, stage.identity.name)
     assert not motion.done
-    assert near(motion.wait().reported_mm, spot.middle_mm + spot.way_mm, rig.tolerance_mm)
+    assert near(motion.wait().reported_mm, spot.middle_mm + spot.reach_mm, rig.tolerance_mm)
 
 
 def test_a_wait_that_is_too_short_says_how_far_the_stage_has_come_and_it_goes_on(
     rig: StageRig, stage: LinearStage, spot: Spot
 ) -> None:
     slow = spot.but(velocity_mm_s=spot.profile.velocity_mm_s / 5)  # to find a mute controller out takes time too
-    whole_s = slow.duration_s(spot.way_mm)
-    motion = stage.move_by(spot.way_mm, slow)
+    whole_s = slow.duration_s(spot.reach_mm)
+    motion = stage.move_by(spot.reach_mm, slow)
     told: list[str] = []
     for _ in range(2):
         before_s = rig.clock.now_s()
@@ -283,7 +285,7 @@ def test_a_wait_that_is_too_short_says_how_far_the_stage_has_come_and_it_goes_on
         assert_speaks(late.value, stage.identity.name)
         told.append(late.value.saw.rpartition(" after ")[0])
     assert told[0] != told[1], "both say the same, though the stage has come further"
-    assert near(motion.wait().reported_mm, spot.middle_mm + spot.way_mm, rig.tolerance_mm)
+    assert near(motion.wait().reported_mm, spot.middle_mm + spot.reach_mm, rig.tolerance_mm)
 
 
 # Stopping
@@ -292,7 +294,7 @@ def test_a_wait_that_is_too_short_says_how_far_the_stage_has_come_and_it_goes_on
 def test_stopping_a_stage_that_stands_changes_nothing(rig: StageRig, stage: LinearStage, spot: Spot) -> None:
     stage.stop()
     stage.stop()
-    motion = stage.move_by(spot.way_mm, spot.profile)
+    motion = stage.move_by(spot.reach_mm, spot.profile)
     end = motion.wait()
     stage.stop()
     motion.stop()
@@ -301,10 +303,10 @@ def test_stopping_a_stage_that_stands_changes_nothing(rig: StageRig, stage: Line
 
 
 @pytest.mark.parametrize("by", ["stage", "motion"])
-def test_a_stop_from_another_thread_stops_the_stage_on_its_way(
+def test_a_stop_from_another_thread_stops_the_stage_before_its_target(
     rig: StageRig, stage: LinearStage, spot: Spot, by: str
 ) -> None:
-    motion = stage.move_by(spot.way_mm, spot.profile)
+    motion = stage.move_by(spot.reach_mm, spot.profile)
     rig.clock.sleep_s(0.4 * spot.whole_s)
     before_s = rig.clock.now_s()
     stop = stage.stop if by == "stage" else motion.stop
@@ -316,14 +318,14 @@ def test_a_stop_from_another_thread_stops_the_stage_on_its_way(
     assert not isinstance(stopped.value, DeviceTimeout)
     assert_speaks(stopped.value, stage.identity.name)
     assert motion.done
-    way_done_mm = _stands(rig, stage).reported_mm - spot.middle_mm
-    assert 0 < way_done_mm < spot.way_mm - rig.tolerance_mm
+    done_mm = _stands(rig, stage).reported_mm - spot.middle_mm
+    assert 0 < done_mm < spot.reach_mm - rig.tolerance_mm
 
 
 def test_a_stop_reaches_the_stage_while_another_thread_waits(
     rig: StageRig, stage: LinearStage, spot: Spot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    motion = stage.move_by(spot.way_mm, spot.profile)
+    motion = stage.move_by(spot.reach_mm, spot.profile)
     rig.clock.sleep_s(0.4 * spot.whole_s)
     sleep_s, slept = rig.clock.sleep_s, list[float]()
 
@@ -337,15 +339,15 @@ def test_a_stop_reaches_the_stage_while_another_thread_waits(
     assert not isinstance(error_of(motion.wait), DeviceTimeout)
     if not slept:
         pytest.skip("this driver does not wait by clock.sleep_s")
-    assert _stands(rig, stage).reported_mm < spot.middle_mm + spot.way_mm - rig.tolerance_mm
+    assert _stands(rig, stage).reported_mm < spot.middle_mm + spot.reach_mm - rig.tolerance_mm
 
 
-@pytest.mark.parametrize("way", WAYS)
-def test_a_stage_that_was_stopped_moves_again(rig: StageRig, stage: LinearStage, spot: Spot, way: int) -> None:
-    stopped = stage.move_by(spot.way_mm, spot.profile)
+@pytest.mark.parametrize("sign", SIGNS)
+def test_a_stage_that_was_stopped_moves_again(rig: StageRig, stage: LinearStage, spot: Spot, sign: int) -> None:
+    stopped = stage.move_by(spot.reach_mm, spot.profile)
     rig.clock.sleep_s(0.4 * spot.whole_s)
     stage.stop()
-    target_mm = spot.middle_mm + way * spot.way_mm
+    target_mm = spot.middle_mm + sign * spot.reach_mm
     motion = stage.move_to(target_mm, spot.profile)
     stopped.stop()  # it is over, so this does not stop the new one
     assert near(motion.wait().reported_mm, target_mm, rig.tolerance_mm)
@@ -381,7 +383,7 @@ def test_homing_can_be_stopped_and_then_the_origin_is_not_known_by_it(
 ) -> None:
     if not rig.may_home:
         pytest.skip("the rig says that the stage may not be homed now")
-    stage.move_by(spot.way_mm, spot.profile).wait()  # so that it is not at the origin by chance
+    stage.move_by(spot.reach_mm, spot.profile).wait()  # so that it is not at the origin by chance
     known = stage.homed
     motion = stage.home()
     rig.clock.sleep_s(0.1)
@@ -400,12 +402,12 @@ def test_leaving_stops_the_stage(rig: StageRig) -> None:
     with rig.open() as stage:
         spot = Spot(stage)
         stage.move_to(spot.middle_mm, spot.profile).wait()
-        stage.move_by(spot.way_mm, spot.profile)
+        stage.move_by(spot.reach_mm, spot.profile)
         rig.clock.sleep_s(0.4 * spot.whole_s)
     rig.clock.sleep_s(spot.whole_s)
     with rig.open() as stage:
-        way_done_mm = _stands(rig, stage).reported_mm - spot.middle_mm
-        assert 0 < way_done_mm < spot.way_mm - rig.tolerance_mm
+        done_mm = _stands(rig, stage).reported_mm - spot.middle_mm
+        assert 0 < done_mm < spot.reach_mm - rig.tolerance_mm
         stage.move_to(spot.middle_mm, spot.profile).wait()
 
 
@@ -427,5 +429,5 @@ def test_it_can_be_opened_again_after_it_was_closed(rig: StageRig) -> None:
             spot = Spot(stage)
             if stands_mm is not None:
                 assert near(_stands(rig, stage).reported_mm, stands_mm, rig.tolerance_mm)
-            stands_mm = stage.move_to(spot.middle_mm + spot.way_mm, spot.profile).wait().reported_mm
+            stands_mm = stage.move_to(spot.middle_mm + spot.reach_mm, spot.profile).wait().reported_mm
     assert len(identities) == 1

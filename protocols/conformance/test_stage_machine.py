@@ -11,7 +11,7 @@ from protocols.errors import DeviceBusy, DeviceTimeout, MotionTooFast, TravelExc
 from protocols.stage import Motion
 
 _SHARES = st.sampled_from([-1.0, -0.6, -0.2, 0.2, 0.6, 1.0])
-"""Of the way to either side of the middle: never so near to each other that a move is over at once."""
+"""Parts of the distance to either side of the middle: never so near to each other that a move is over at once."""
 
 
 class StageMachine(RuleBasedStateMachine):
@@ -30,12 +30,12 @@ class StageMachine(RuleBasedStateMachine):
     @rule(share=_SHARES)
     def move_to(self, share: float) -> None:
         """Starts when the stage stands."""
-        self._begin(self.spot.middle_mm + share * self.spot.way_mm, relative=False)
+        self._begin(self.spot.middle_mm + share * self.spot.reach_mm, relative=False)
 
     @rule(share=_SHARES)
     def move_by(self, share: float) -> None:
         """Starts when the stage stands, from where it stands."""
-        self._begin(self.spot.middle_mm + share * self.spot.way_mm, relative=True)
+        self._begin(self.spot.middle_mm + share * self.spot.reach_mm, relative=True)
 
     @rule()
     def move_too_far_or_too_fast(self) -> None:
@@ -78,7 +78,7 @@ class StageMachine(RuleBasedStateMachine):
             self.at_mm = self.stage.position().reported_mm
 
     @invariant()
-    def stands_or_is_on_its_way(self) -> None:
+    def stands_or_moves(self) -> None:
         """The device and the model agree."""
         position, slack_mm = self.stage.position(), self.rig.tolerance_mm
         if self.motion is None:

@@ -33,19 +33,19 @@ class Projection:
     """Start of the first picture on the bench's clock."""
 
     picture_time_s: float
-    """From the start of one picture to the start of the next."""
+    """Time from the start of one picture to the start of the next, in seconds."""
 
     mirrors: Callable[[int], Bytes]
     """Unique plane index to ``(rows, columns / 8)`` packed mirrors, as ``PatternSequence.mirror_plane`` gives them."""
 
     play_order: Integers
-    """``(pictures,)``: plane of each picture, the guard included."""
+    """``(pictures,)`` plane of each picture, the guard included."""
 
     sync_delay_s: float = 0.0
-    """From a sync edge to the picture that it announces."""
+    """Time from a sync edge to the picture that it announces, in seconds."""
 
     silent: tuple[int, ...] = ()
-    """Pictures that give no edge."""
+    """Indices of the pictures that give no edge."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,10 +53,10 @@ class Edges:
     """Sync edges as a counter sees them."""
 
     time_s: Floats
-    """``(n,)``: on the bench's clock."""
+    """``(n,)`` times of the edges on the bench's clock, in seconds."""
 
     index: Integers
-    """``(n,)``: among all seen edges of the projection, from 0."""
+    """``(n,)`` index of each edge among all seen edges of the projection, from 0."""
 
     finished: bool
     """True when the projection is over and no edge will follow these. A stalled projection is never over."""
@@ -265,15 +265,6 @@ class OpticalBench:
             index = np.arange(min(after, last), last)
             over = self._dark_s <= until_s or (last == len(edge_s) and self._run.sync.stalls_at is None)
             return Edges(edge_s[index], index, finished=over)
-
-    def next_edge_s(self, after_s: float) -> float | None:
-        """Time of the next edge later than ``after_s``; None where none will come."""
-        with self._lock:
-            if self._run is None:
-                return None
-            edge_s = self._run.edge_s
-            index = int(np.searchsorted(edge_s, after_s, side="right"))
-            return float(edge_s[index]) if index < len(edge_s) and edge_s[index] <= self._dark_s else None
 
     def counts(self, first: int, n: int) -> Counts:
         """What is counted between the seen edges ``first`` and ``first + n``: bin k lies between edge k and edge k + 1.

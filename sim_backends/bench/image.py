@@ -34,10 +34,10 @@ class AreaImage:
     """
 
     cells: Floats
-    """``(rows, columns)``: transmission 0 to 1."""
+    """``(rows, columns)`` transmission of each cell, 0 to 1."""
 
     cell_px: float
-    """Side of a cell."""
+    """Side of a cell in image pixels."""
 
     left_px: float
     """Image column of the left border where the picture is not displaced."""

@@ -29,13 +29,13 @@ class _Plane:
     """A unique plane as the light sees it, on the coarsest grid that loses nothing."""
 
     packed: Bytes
-    """``(samples, ceil(samples / 8))``."""
+    """``(samples, ceil(samples / 8))`` pattern, 8 samples a byte."""
 
     lit_px: float
     """Lit area in image pixels."""
 
     background: float
-    """Light from what stands still."""
+    """Light of the background, which stands still."""
 
     @property
     def samples(self) -> int:
@@ -48,10 +48,10 @@ class PictureLight:
     """Light and lit area of a stretch of pictures."""
 
     light: Floats
-    """``(n,)``: sum of transmission times pattern over the image, times the lamp, for one whole picture time."""
+    """``(n,)`` sum of transmission times pattern over the image, times the lamp, for one whole picture time."""
 
     lit_px: Floats
-    """``(n,)``: lit area in image pixels."""
+    """``(n,)`` lit area in image pixels."""
 
 
 class LightPath:

@@ -30,10 +30,10 @@ class Trajectory:
     """Displacement by linear interpolation between rows, held before the first and after the last."""
 
     row_time_s: Floats
-    """``(rows,)``: from the first sync edge."""
+    """``(rows,)`` times from the first sync edge, in seconds."""
 
     row_px: Floats
-    """``(rows, 2)``: x, y."""
+    """``(rows, 2)`` displacement along x and y, in image pixels."""
 
     def at(self, start_s: float, time_s: Floats) -> Floats:
         """See ``Displacement``; the start does not matter."""
@@ -50,13 +50,13 @@ class StageMotion:
     the time before it, so that light may be worked out late. Before the first entry the stage stands at 0."""
 
     px_per_mm: float
-    """Image pixels a millimetre."""
+    """Image scale, in image pixels a millimetre."""
 
     axis_angle_deg: float
-    """From x (right) towards y (down)."""
+    """Direction of positive stage motion: degrees from x (right) towards y (down)."""
 
     origin_mm: float
-    """Stage position of no displacement."""
+    """Stage position without displacement, in millimetres."""
 
     def at(self, start_s: float, time_s: Floats) -> Floats:
         """See ``Displacement``."""

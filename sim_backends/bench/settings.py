@@ -50,7 +50,7 @@ class PhotonNoise(Frozen):
 
 
 Noise: TypeAlias = Annotated[NoNoise | PixelNoise | PhotonNoise, Field(discriminator="kind")]
-"""How a value becomes what the counter reads."""
+"""Model of how the light of a bin becomes what the counter reads."""
 
 
 class DroppedEdge(Frozen):
@@ -60,7 +60,7 @@ class DroppedEdge(Frozen):
     """Tells this table from the others."""
 
     picture: NonNegativeInt
-    """Which picture, from 0."""
+    """Index of the picture, from 0."""
 
 
 class DoubledEdge(Frozen):
@@ -70,10 +70,10 @@ class DoubledEdge(Frozen):
     """Tells this table from the others."""
 
     picture: NonNegativeInt
-    """Which picture, from 0."""
+    """Index of the picture, from 0."""
 
     after_s: PositiveFloat = 2e-6
-    """From the edge to its echo."""
+    """Time from the edge to its echo, in seconds."""
 
 
 class Stall(Frozen):
@@ -93,7 +93,7 @@ class SurplusEdges(Frozen):
     """Tells this table from the others."""
 
     edges: PositiveInt = 1
-    """How many."""
+    """Number of edges."""
 
 
 Fault: TypeAlias = Annotated[DroppedEdge | DoubledEdge | Stall | SurplusEdges, Field(discriminator="kind")]
@@ -159,10 +159,10 @@ class SceneSettings(Frozen):
     """Standard deviation of each sync edge."""
 
     noise: Noise = NoNoise()
-    """From light to what the counter reads."""
+    """Model of how light becomes what the counter reads."""
 
     faults: tuple[Fault, ...] = ()
-    """What goes wrong in every run."""
+    """Faults of every run."""
 
     realtime: bool = False
     """Let simulated time pass as real time does."""

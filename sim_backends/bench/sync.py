@@ -15,7 +15,7 @@ class SyncLine:
     """The seen edges of one projection."""
 
     phase: Floats
-    """``(edges,)``: time of each edge in picture times after the start of picture 0. Whole numbers on a perfect line, so
+    """``(edges,)`` time of each edge in picture times after the start of picture 0. Whole numbers on a perfect line, so
     that a bin is exactly one picture."""
 
     stalls_at: int | None

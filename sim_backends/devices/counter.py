@@ -19,7 +19,6 @@ from protocols import (
     DriverPlugin,
     Floats,
     Frozen,
-    PlanError,
     WrongState,
 )
 from sim_backends.bench import OpticalBench
@@ -32,19 +31,19 @@ class CounterSettings(Frozen):
     """Keys of ``[counter]``. The defaults are those of an H10682 head on a board with hardware time stamps."""
 
     max_sync_rate_hz: PositiveFloat = 1e6
-    """Highest rate of sync edges."""
+    """Highest rate of sync edges, in Hz."""
 
     max_count_rate_hz: PositiveFloat = 5e6
     """Count rate at which 10 % is lost (data sheet of the head)."""
 
     dead_time_s: NonNegativeFloat | None = None
-    """What the counter believes its dead time to be; None: the scene's own, as if it had been calibrated."""
+    """Dead time that the counter believes in, in seconds; None: the scene's own, as if it had been calibrated."""
 
     dark_rate_hz: NonNegativeFloat | None = None
-    """What the counter believes its dark rate to be; None: the scene's own."""
+    """Dark rate that the counter believes in, in counts a second; None: the scene's own."""
 
     max_bins: PositiveInt | None = None
-    """Bins a run at most."""
+    """Largest number of bins in one run; None: as many as are asked for."""
 
     edge_times: bool = True
     """Whether the board gives the time of each edge."""
@@ -57,6 +56,9 @@ class CounterSettings(Frozen):
 
     unplugged_at_bin: NonNegativeInt | None = None
     """A fault: the board is gone after this many bins."""
+
+    lost_block_at_bin: NonNegativeInt | None = None
+    """A fault: the block that holds this bin never reaches the host, and nothing tells but the index of the next one."""
 
 
 @dataclass
@@ -81,7 +83,7 @@ class SimulatedCounter:
 
     @property
     def identity(self) -> DeviceIdentity:
-        """Who the device is."""
+        """Identity of the simulated device."""
         return DeviceIdentity(
             name=_NAME, vendor="Kinopix", model="simulated H10682 and counter", driver="simulated", simulated=True
         )
@@ -109,21 +111,7 @@ class SimulatedCounter:
                 expected="an open, idle counter",
                 remedy="open it anew" if self._closed else "disarm it first",
             )
-        limits = self.limits
-        if run.period_s * limits.max_sync_rate_hz < 1:
-            raise PlanError(
-                device=_NAME,
-                saw=f"sync edges {run.period_s:g} s apart",
-                expected=f"at least {1 / limits.max_sync_rate_hz:g} s",
-                remedy="lower pattern_rate_hz",
-            )
-        if limits.max_bins is not None and run.n_bins > limits.max_bins:
-            raise PlanError(
-                device=_NAME,
-                saw=f"a run of {run.n_bins} bins",
-                expected=f"at most {limits.max_bins}",
-                remedy="record fewer frames a run",
-            )
+        self.limits.check_run(run, _NAME)
         self._armed = _Armed(run, self._bench.clock.now_s())
 
     def read(self, timeout_s: float) -> CountBlock:
@@ -135,7 +123,8 @@ class SimulatedCounter:
         closed = self._wait(armed, wanted, self._bench.clock.now_s() + timeout_s)
         block = self._block(armed, min(closed, wanted))
         armed.done += len(block)
-        return block
+        lost = self._settings.lost_block_at_bin
+        return self.read(timeout_s) if lost is not None and 0 <= lost - block.first_bin < len(block) else block
 
     def _good_bins(self, armed: _Armed) -> int:
         """Bins of this run that no fault spoils."""

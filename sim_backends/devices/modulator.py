@@ -13,10 +13,7 @@ from protocols import (
     Frozen,
     ModulatorLimits,
     ModulatorTiming,
-    PatternMemoryFull,
     PatternSequence,
-    PictureTimeTooShort,
-    PlanError,
     UploadProgress,
     WrongState,
 )
@@ -30,25 +27,25 @@ class ModulatorSettings(Frozen):
     """Keys of ``[modulator]``. The defaults are those of a DLP7000 on a V-7000 board."""
 
     columns: PositiveInt = 1024
-    """Mirrors a row."""
+    """Number of mirrors in a row."""
 
     rows: PositiveInt = 768
-    """Rows of mirrors."""
+    """Number of rows of mirrors."""
 
     shortest_picture_time_us: PositiveInt = 44
-    """Shortest picture time."""
+    """Shortest time from one picture to the next, in microseconds."""
 
     longest_picture_time_us: PositiveInt = 10_000_000
-    """Longest picture time."""
+    """Longest time from one picture to the next, in microseconds."""
 
     unique_patterns: PositiveInt = 43_690
-    """Bit planes in the board's memory (4 GiB; a V-7001 may have twice as many)."""
+    """Number of bit planes in the board's memory (4 GiB; a V-7001 may have twice as many)."""
 
     play_order_entries: PositiveInt = 131_072
-    """Longest play order. The real board tells its own when asked; this figure is an assumption."""
+    """Longest play order, in pictures. The real board tells its own when asked; this figure is an assumption."""
 
     start_delay_s: NonNegativeFloat = 1e-4
-    """From ``start`` to the first sync edge. Unknown for the real board; not 0, as no edge comes while the call is made."""
+    """Time from ``start`` to the first sync edge, in seconds. It is unknown for the real board [U]."""
 
 
 class SimulatedModulator:
@@ -63,7 +60,7 @@ class SimulatedModulator:
 
     @property
     def identity(self) -> DeviceIdentity:
-        """Who the device is."""
+        """Identity of the simulated device."""
         return DeviceIdentity(
             name=_NAME, vendor="Kinopix", model="simulated DLP7000", driver="simulated", simulated=True
         )
@@ -94,42 +91,13 @@ class SimulatedModulator:
             )
         self._refuse_closed()
         self._loaded = None
-        self._check(sequence, timing)
+        self.limits.check_sequence(sequence, _NAME)
+        self.limits.check_timing(timing, _NAME)
         if progress:
             for stored in range(1, len(sequence.planes) + 1):
                 progress(stored, len(sequence.planes))
         self._loaded, self._started = (sequence, timing), False
         return timing
-
-    def _check(self, sequence: PatternSequence, timing: ModulatorTiming) -> None:
-        limits, grid = self.limits, sequence.grid
-        if (grid.columns, grid.rows) != (limits.columns, limits.rows):
-            raise PlanError(
-                device=_NAME,
-                saw=f"patterns for {grid.columns} x {grid.rows} mirrors",
-                expected=f"{limits.columns} x {limits.rows}",
-                remedy="make the patterns for this modulator's own geometry",
-            )
-        if len(sequence.planes) > limits.unique_patterns:
-            raise PatternMemoryFull(_NAME, len(sequence.planes), limits.unique_patterns)
-        if len(sequence.play_order) > limits.play_order_entries:
-            raise PatternMemoryFull(_NAME, len(sequence.play_order), limits.play_order_entries, "play order entries")
-        if timing.picture_time_us < limits.shortest_picture_time_us:
-            raise PictureTimeTooShort(_NAME, timing.picture_time_us, limits.shortest_picture_time_us)
-        if timing.picture_time_us > limits.longest_picture_time_us:
-            raise PlanError(
-                device=_NAME,
-                saw=f"a picture time of {timing.picture_time_us} us",
-                expected=f"at most {limits.longest_picture_time_us} us",
-                remedy="raise pattern_rate_hz",
-            )
-        if timing.sync_width_us >= timing.picture_time_us:
-            raise PlanError(
-                device=_NAME,
-                saw=f"a sync pulse of {timing.sync_width_us} us in a picture time of {timing.picture_time_us} us",
-                expected="a pulse shorter than the picture time",
-                remedy="shorten sync_width_us",
-            )
 
     def start(self) -> None:
         """Play the order once; see ``protocols.PatternModulator.start``."""

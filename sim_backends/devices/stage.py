@@ -17,10 +17,8 @@ from protocols import (
     Floats,
     Frozen,
     MotionProfile,
-    MotionTooFast,
     StageLimits,
     StagePosition,
-    TravelExceeded,
     WrongState,
 )
 from sim_backends.bench import BenchClock, OpticalBench
@@ -33,19 +31,19 @@ class StageSettings(Frozen):
     """Keys of ``[stage]``. The defaults are those of a 400 mm stage with a 5 mm lead, with room to spare in speed."""
 
     travel_mm: tuple[FiniteFloat, FiniteFloat] = (0.0, 400.0)
-    """Lowest and highest position."""
+    """Lowest and highest position, in millimetres."""
 
     max_velocity_mm_s: PositiveFloat = 50.0
-    """Highest velocity."""
+    """Highest velocity, in mm/s."""
 
     max_acceleration_mm_s2: PositiveFloat = 200.0
-    """Highest acceleration."""
+    """Highest acceleration, in mm/s^2."""
 
     resolution_mm: PositiveFloat = 0.0025
-    """One step: targets and positions are whole steps."""
+    """Length of one step in millimetres: targets and positions are whole steps."""
 
     position_mm: FiniteFloat = 0.0
-    """Where the stage stands when it is opened."""
+    """Position of the stage when it is opened, in millimetres."""
 
     homed: bool = True
     """Whether the stage knows its origin when it is opened."""
@@ -94,7 +92,7 @@ class SimulatedMotion:
 
     @property
     def target_mm(self) -> float:
-        """Where it goes."""
+        """Position at which the motion is to end, in millimetres."""
         return self._move.to_mm
 
     @property
@@ -164,7 +162,7 @@ class SimulatedStage:
 
     @property
     def identity(self) -> DeviceIdentity:
-        """Who the device is."""
+        """Identity of the simulated device."""
         return DeviceIdentity(
             name=_NAME, vendor="Kinopix", model="simulated KA400Z", driver="simulated", simulated=True
         )
@@ -187,17 +185,8 @@ class SimulatedStage:
 
     def check(self, target_mm: float, profile: MotionProfile) -> None:
         """Raise what ``move_to`` would raise, and move nothing."""
-        limits = self.limits
-        low, high = limits.travel_mm
-        if not low <= target_mm <= high:
-            raise TravelExceeded(_NAME, target_mm, limits.travel_mm)
-        for what, asked, highest, unit in (
-            ("velocity", profile.velocity_mm_s, limits.max_velocity_mm_s, "mm/s"),
-            ("initial velocity", profile.initial_velocity_mm_s, profile.velocity_mm_s, "mm/s"),
-            ("acceleration", profile.acceleration_mm_s2, limits.max_acceleration_mm_s2, "mm/s^2"),
-        ):
-            if asked > highest:
-                raise MotionTooFast(_NAME, what, asked, highest, unit)
+        self.limits.check_target(target_mm, _NAME)
+        self.limits.check_profile(profile, _NAME)
 
     def position(self) -> StagePosition:
         """Where the stage is now, in whole steps."""

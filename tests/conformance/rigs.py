@@ -97,7 +97,7 @@ def dlp7000_without_table() -> Generator[ModulatorRig]:
 def _dlp7000(**board: object) -> Generator[ModulatorRig]:
     bench = OpticalBench(SceneSettings())
     library = _transport("sim_backends.wire.alp.plugin:plugin", bench, **board)
-    yield modulator_rig(bench, lambda: _device("drivers.dlp7000.plugin:plugin", bench, library))
+    yield modulator_rig(bench, lambda: _device("drivers.alp.plugin:plugin", bench, library))
 
 
 # Counters
@@ -138,7 +138,7 @@ def ni() -> Generator[CounterRig]:
     with ExitStack() as stack:
         options: Any = _transport("sim_backends.wire.ni.plugin:plugin", bench)
         stack.enter_context(options)
-        yield counter_rig(bench, lambda: _device("drivers.h10682.ni_plugin:plugin", bench, options))
+        yield counter_rig(bench, lambda: _device("drivers.ni.plugin:plugin", bench, options))
 
 
 @contextmanager
@@ -164,7 +164,7 @@ def _usb_ctr(board: Mapping[str, object] = MappingProxyType({}), **settings: obj
         image.write_bytes(bytes(1000))
         yield counter_rig(
             bench,
-            lambda: _device("drivers.h10682.usb_ctr_plugin:plugin", bench, backend, fpga_image=image, **settings),
+            lambda: _device("drivers.usb_ctr.plugin:plugin", bench, backend, fpga_image=image, **settings),
         )
 
 
@@ -202,7 +202,7 @@ def _ka400z(
         if not port.is_open:  # the driver gave it back when it was closed
             port.open()
         stage: LinearStage = _device(
-            "drivers.ka400z.plugin:plugin",
+            "drivers.zolix.plugin:plugin",
             bench,
             port,
             lead_mm=4.0,

@@ -44,11 +44,23 @@ class CountsOn(SimulatedCounter):
         return replace(block, first_bin=self._before - len(block))
 
 
+class NumbersEmptyBlocksAnew(SimulatedCounter):
+    """Says that nothing came after bin 0, when nothing came after the last bin."""
+
+    def read(self, timeout_s: float) -> CountBlock:
+        block = super().read(timeout_s)
+        return block if len(block) else replace(block, first_bin=0)
+
+
 class TellsTheTimeOfDay(SimulatedCounter):
     def read(self, timeout_s: float) -> CountBlock:
         block = super().read(timeout_s)
-        assert block.opening_edge_s is not None
-        return replace(block, opening_edge_s=block.opening_edge_s + 0.001)
+        if block.opening_edge_s is None or block.closing_edge_s is None:
+            return block
+        hour_s = 3600.0
+        return replace(
+            block, opening_edge_s=block.opening_edge_s + hour_s, closing_edge_s=block.closing_edge_s + hour_s
+        )
 
 
 class ArmsTwice(SimulatedCounter):
@@ -79,6 +91,7 @@ class GivesFloats(SimulatedCounter):
         (HoldsTheLastBinsBack, suite.test_the_last_bins_are_not_held_back),
         (HoldsTheLastBinsBack, suite.test_a_read_with_bins_in_hand_does_not_wait_out_its_time),
         (HoldsTheLastBinsBack, suite.test_a_read_after_the_last_bin_is_empty_at_once),
+        (NumbersEmptyBlocksAnew, suite.test_a_read_after_the_last_bin_is_empty_at_once),
         (CountsOn, suite.test_each_run_is_counted_afresh),
         (TellsTheTimeOfDay, suite.test_edge_times_count_from_the_first_edge_and_rise),
         (ArmsTwice, suite.test_arming_twice_is_refused_and_disturbs_nothing),

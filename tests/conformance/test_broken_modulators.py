@@ -38,7 +38,8 @@ class KeepsHalfASequence(SimulatedModulator):
     ) -> ModulatorTiming:
         half = replace(sequence, play_order=sequence.play_order[-2:])
         super().load(half, ModulatorTiming(picture_time_us=100))
-        self._check(sequence, timing)
+        self.limits.check_sequence(sequence, "dmd")
+        self.limits.check_timing(timing, "dmd")
         return super().load(sequence, timing, progress)
 
 

@@ -120,9 +120,9 @@ class AlwaysDone(SimulatedStage):
     [
         (ClipsTargets, suite.test_what_is_outside_the_limits_is_refused_before_anything_moves),
         (ForgetsSigns, suite.test_relative_moves_are_signed_and_add_up),
-        (TellsTheCommandedPosition, suite.test_the_position_in_motion_is_on_its_way),
-        (GuessesInSecret, suite.test_the_position_in_motion_is_on_its_way),
-        (IgnoresStops, suite.test_a_stop_from_another_thread_stops_the_stage_on_its_way),
+        (TellsTheCommandedPosition, suite.test_the_position_in_motion_lies_between_start_and_target),
+        (GuessesInSecret, suite.test_the_position_in_motion_lies_between_start_and_target),
+        (IgnoresStops, suite.test_a_stop_from_another_thread_stops_the_stage_before_its_target),
         (IgnoresStops, suite.test_leaving_stops_the_stage),
         (MovesOnAfterClosing, suite.test_leaving_stops_the_stage),
         (TakesASecondMove, suite.test_a_second_move_is_refused_and_the_first_goes_on),
@@ -150,7 +150,7 @@ def _try(kind: type[SimulatedStage], test: Callable[..., None], monkeypatch: pyt
         with rig.open() as stage:
             spot = Spot(stage)
             too_far = {"asked": _too_far, "error": TravelExceeded}
-            call(test, rig=rig, stage=stage, spot=spot, way=-1, by="stage", monkeypatch=monkeypatch, **too_far)
+            call(test, rig=rig, stage=stage, spot=spot, sign=-1, by="stage", monkeypatch=monkeypatch, **too_far)
 
 
 def _too_far(spot: Spot) -> tuple[float, MotionProfile]:

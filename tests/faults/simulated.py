@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from protocols import CounterOverrun, DeviceDisconnected
+from protocols import CounterOverrun, DeviceDisconnected, TriggerMissed
 from tests.faults.row import Row
 
 ROWS: Final = (
@@ -35,5 +35,24 @@ ROWS: Final = (
         says=("pmt", "after bin 100", "cable"),
         kept=100,
         verdict="failed",
+    ),
+    Row(
+        fault="a block is lost on its way to the host",
+        keys="lost_block_at_bin = 1500",
+        frames=400,
+        error=CounterOverrun,
+        says=("begins at bin 2000", "bins 1000 to 1999 are missing"),
+        kept=1000,
+        verdict="failed",
+    ),
+    Row(
+        fault="the last block is lost on its way to the host, which looks like edges that ceased",
+        keys="lost_block_at_bin = 1100",
+        frames=200,
+        error=TriggerMissed,
+        says=("1000 of 1200 patterns",),
+        kept=1000,
+        verdict="failed",
+        masked="all",
     ),
 )

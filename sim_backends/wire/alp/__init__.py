@@ -3,8 +3,8 @@
 Written from the hardware sheet alone (``dlp7000.md``, sections 3, 7.1 and 8), never from a driver.
 """
 
-from sim_backends.wire.alp.board import Board
+from sim_backends.wire.alp.board import EmulatedAlpBoard
 from sim_backends.wire.alp.library import AlpLibrary
-from sim_backends.wire.alp.settings import AlpSettings
+from sim_backends.wire.alp.settings import AlpEmulatorSettings
 
-__all__ = ["AlpLibrary", "AlpSettings", "Board"]
+__all__ = ["AlpEmulatorSettings", "AlpLibrary", "EmulatedAlpBoard"]

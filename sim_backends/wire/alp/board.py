@@ -12,7 +12,7 @@ from sim_backends.wire.alp.codes import DMD_POWER_FLOAT, INVALID_ID, Code, Dev, 
 from sim_backends.wire.alp.device import Device
 from sim_backends.wire.alp.projector import Projector
 from sim_backends.wire.alp.sequence import Sequence
-from sim_backends.wire.alp.settings import AlpSettings, CallFault
+from sim_backends.wire.alp.settings import AlpEmulatorSettings, CallFault
 from sim_backends.wire.alp.timing import Asked
 
 _CHUNK_S = 0.05
@@ -27,10 +27,10 @@ def _store(address: int | None, value: int) -> None:
     ctypes.c_uint32.from_address(address or 0).value = value
 
 
-class Board:
+class EmulatedAlpBoard:
     """One V-7000 and its library. Calls may come from any thread; AlpSeqPut and AlpProjWait let others through."""
 
-    def __init__(self, settings: AlpSettings, bench: OpticalBench) -> None:
+    def __init__(self, settings: AlpEmulatorSettings, bench: OpticalBench) -> None:
         """Plug the board in and switch it on."""
         self.settings = settings
         self.bench = bench

@@ -12,7 +12,7 @@ from sim_backends.wire.alp.codes import (
 )
 from sim_backends.wire.alp.memory import FrameMemory
 from sim_backends.wire.alp.planes import Geometry
-from sim_backends.wire.alp.settings import AlpSettings, NoDmd
+from sim_backends.wire.alp.settings import AlpEmulatorSettings, NoDmd
 
 _ARRAYS = {
     **dict.fromkeys((1, 4, 5, 6), (1024, 768)),
@@ -31,7 +31,7 @@ _TEMPERATURE = 45 * 256
 class Device:
     """What AlpDevInquire and AlpDevControl see."""
 
-    def __init__(self, settings: AlpSettings) -> None:
+    def __init__(self, settings: AlpEmulatorSettings) -> None:
         """Power up."""
         self._settings = settings
         missing = any(isinstance(fault, NoDmd) for fault in settings.faults)

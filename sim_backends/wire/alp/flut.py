@@ -7,7 +7,7 @@ import numpy as np
 
 from protocols import Integers
 from sim_backends.wire.alp.codes import FLUT_18BIT, Code, Proj, require
-from sim_backends.wire.alp.settings import AlpSettings
+from sim_backends.wire.alp.settings import AlpEmulatorSettings
 
 _ARRAY = 4096
 """Entries that one tFlutWrite carries."""
@@ -16,7 +16,7 @@ _ARRAY = 4096
 class FrameTable:
     """One table of 9-bit slots a board; an 18-bit entry takes two, so its index is half of the 9-bit one."""
 
-    def __init__(self, settings: AlpSettings) -> None:
+    def __init__(self, settings: AlpEmulatorSettings) -> None:
         """Begin with every entry at picture 0."""
         self._settings = settings
         self._slots = np.zeros(settings.flut_max_entries9, np.int64)

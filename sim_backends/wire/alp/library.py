@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
-from sim_backends.wire.alp.board import Board
+from sim_backends.wire.alp.board import EmulatedAlpBoard
 from sim_backends.wire.alp.codes import Code, Refused
 
 _log = logging.getLogger(__name__)
@@ -48,7 +48,7 @@ class AlpLibrary:
     the library has not. A call never raises; it returns a code.
     """
 
-    def __init__(self, board: Board) -> None:
+    def __init__(self, board: EmulatedAlpBoard) -> None:
         """Make the function pointers."""
         self.board = board
         self.calls: deque[tuple[str, int]] = deque(maxlen=_REMEMBERED)

@@ -15,7 +15,7 @@ class Plane:
     """One packed bit plane, dark ends cut off and the rest compressed: some kB instead of 98,304 B."""
 
     offset: int
-    """Dark bytes before ``body``."""
+    """Number of dark bytes before ``body``."""
 
     body: bytes
     """zlib stream of the bytes between the first and the last lit one."""
@@ -32,10 +32,10 @@ class Geometry:
     """The mirror array, and the memory lines behind it."""
 
     columns: int
-    """Mirrors a row."""
+    """Number of mirrors in a row."""
 
     rows: int
-    """Rows of mirrors."""
+    """Number of rows of mirrors."""
 
     row_bytes: int
     """Bytes a row in the packed formats; padded on 1080p and WUXGA (dlp7000.md 3.8)."""
@@ -75,19 +75,19 @@ class View:
     """What stands between memory and mirrors: the projection controls, and the fault of wrong rows."""
 
     inverted: bool = False
-    """ALP_PROJ_INVERSION."""
+    """Setting of ALP_PROJ_INVERSION."""
 
     upside_down: bool = False
-    """ALP_PROJ_UPSIDE_DOWN."""
+    """Setting of ALP_PROJ_UPSIDE_DOWN."""
 
     mirrored: bool = False
-    """ALP_PROJ_LEFT_RIGHT_FLIP."""
+    """Setting of ALP_PROJ_LEFT_RIGHT_FLIP."""
 
     lines: tuple[int, int] | None = None
     """First row and number of rows of ALP_SEQ_DMD_LINES; the others stay dark. None: all."""
 
     shift_rows: int = 0
-    """Rows too low."""
+    """Number of rows by which pictures are shown too low."""
 
     def of(self, memory: Bytes) -> Bytes:
         """``(rows, columns / 8)``: mirrors that show this memory."""

@@ -2,23 +2,23 @@
 
 from protocols import BenchContext, TransportPlugin
 from sim_backends.bench import bench_of
-from sim_backends.wire.alp.board import Board
+from sim_backends.wire.alp.board import EmulatedAlpBoard
 from sim_backends.wire.alp.library import AlpLibrary
-from sim_backends.wire.alp.settings import AlpSettings
+from sim_backends.wire.alp.settings import AlpEmulatorSettings
 
 
-def open_library(settings: AlpSettings, context: BenchContext) -> AlpLibrary:
+def open_library(settings: AlpEmulatorSettings, context: BenchContext) -> AlpLibrary:
     """Give the function table of a library with one board, on the context's optical bench.
 
     Raises:
         InputError: bench.toml has no ``[scene]``.
     """
-    return AlpLibrary(Board(settings, bench_of(context, "alp-emulator")))
+    return AlpLibrary(EmulatedAlpBoard(settings, bench_of(context, "alp-emulator")))
 
 
 plugin = TransportPlugin(
     summary="ALP-4 library with an emulated V-7000 board, on the optical bench",
-    settings=AlpSettings,
+    settings=AlpEmulatorSettings,
     open=open_library,
 )
 """Found as ``kinopix.transports: alp-emulator``."""

@@ -23,7 +23,7 @@ from sim_backends.wire.alp.codes import (
 from sim_backends.wire.alp.flut import FrameTable, hold, repeat, within
 from sim_backends.wire.alp.planes import Geometry, View, mirrors_of
 from sim_backends.wire.alp.sequence import Sequence
-from sim_backends.wire.alp.settings import AlpSettings, LostFrames, WrongRows
+from sim_backends.wire.alp.settings import AlpEmulatorSettings, LostFrames, WrongRows
 
 
 @dataclass(frozen=True)
@@ -37,9 +37,9 @@ class Running:
     start_s: float
     end_s: float
     pictures: int
-    """Pictures of one iteration."""
+    """Number of pictures in one iteration."""
     iterations: int | None
-    """None: endless."""
+    """Number of iterations; None: endless."""
     aborted: bool = False
     """Whether ``end_s`` was brought forward."""
 
@@ -47,7 +47,7 @@ class Running:
 class Projector:
     """Master of the pictures: starts, counts down, halts."""
 
-    def __init__(self, settings: AlpSettings, bench: OpticalBench, geometry: Geometry) -> None:
+    def __init__(self, settings: AlpEmulatorSettings, bench: OpticalBench, geometry: Geometry) -> None:
         """Begin idle and dark."""
         self._settings = settings
         self._bench = bench

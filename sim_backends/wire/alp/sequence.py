@@ -15,7 +15,7 @@ from sim_backends.wire.alp.codes import (
 )
 from sim_backends.wire.alp.flut import FrameTable
 from sim_backends.wire.alp.planes import Geometry, Plane
-from sim_backends.wire.alp.settings import AlpSettings
+from sim_backends.wire.alp.settings import AlpEmulatorSettings
 from sim_backends.wire.alp.timing import Asked, Mode, Timing
 
 
@@ -23,7 +23,7 @@ from sim_backends.wire.alp.timing import Asked, Mode, Timing
 class Sequence:
     """What AlpSeqAlloc makes."""
 
-    settings: AlpSettings
+    settings: AlpEmulatorSettings
     geometry: Geometry
     bit_planes: int
     pictures: int

@@ -20,10 +20,10 @@ class CallFault(Frozen):
     """Name of the C function; empty: the function that the kind is about, AlpDevAlloc for the first two."""
 
     nth: PositiveInt = 1
-    """Which call of that function, from 1."""
+    """Number of the call of that function, from 1."""
 
     code: PositiveInt = 1999
-    """For ``refuse``: any code at all. A driver has to take each of them."""
+    """Code that ``refuse`` gives: any at all. A driver has to take each of them."""
 
     @field_validator("at")
     @classmethod
@@ -56,7 +56,7 @@ class LostFrames(Frozen):
     """First lost picture of a projection, from 0."""
 
     count: PositiveInt = 1
-    """How many."""
+    """Number of times."""
 
     slots: Literal["pass", "close-up"] = "pass"
     """Whether their time passes, with the picture before them still on the mirrors, or the next picture comes at once [U]."""
@@ -69,14 +69,14 @@ class WrongRows(Frozen):
     """Tells this table from the others."""
 
     rows: int = 1
-    """By how many; negative is up."""
+    """Number of rows of the shift; negative is up."""
 
 
 AlpFault: TypeAlias = Annotated[CallFault | NoDmd | LostFrames | WrongRows, Field(discriminator="kind")]
 """Something that goes wrong on this board."""
 
 
-class AlpSettings(Frozen):
+class AlpEmulatorSettings(Frozen):
     """A V-7000 as far as the sheet knows it. Marks: [V] verified, [S] second-hand, [I] inferred, [U] unknown."""
 
     serial_number: PositiveInt = 10001
@@ -95,13 +95,13 @@ class AlpSettings(Frozen):
     """Shortest picture of the full array, 1 bit, uninterrupted [S]."""
 
     row_load_us: NonNegativeFloat = 0.04
-    """How much shorter a picture may be for each row that ALP_SEQ_DMD_LINES leaves out [I]."""
+    """Time by which a picture may be shorter for each row that ALP_SEQ_DMD_LINES leaves out, in microseconds [I]."""
 
     min_dark_us: PositiveInt = 44
     """Shortest dark phase in ALP_BIN_NORMAL [S]."""
 
     max_picture_time_us: PositiveInt = 10_000_000
-    """Longest picture [V]."""
+    """Longest picture time, in microseconds [V]."""
 
     max_synch_delay_us: PositiveInt = 130_000
     """Longest delay from synch to display [V]."""
@@ -138,7 +138,7 @@ class AlpSettings(Frozen):
     that a projection that ended by itself leaves another one)."""
 
     start_latency_us: NonNegativeFloat = 200.0
-    """From AlpProjStart to the first edge or picture [U]."""
+    """Time from AlpProjStart to the first edge or picture, in microseconds [U]."""
 
     first_synch: Literal["with-picture-0", "extra", "missing"] = "with-picture-0"
     """Whether a run of N pictures gives N synch pulses from picture 0 on, one more before it, or none for picture 0 [U]."""
@@ -150,10 +150,10 @@ class AlpSettings(Frozen):
     """Speed of AlpSeqPut: 25 to 35 MB/s on USB 2 [I]."""
 
     endless_pictures: PositiveInt = 200_000
-    """How many pictures of an endless or much repeated projection are laid out on the optical bench."""
+    """Number of pictures of an endless or much repeated projection that are laid out on the optical bench."""
 
     patience_s: PositiveFloat = 3600.0
     """AlpProjWait on a projection that never ends comes back after this long with 1999, instead of never."""
 
     faults: tuple[AlpFault, ...] = ()
-    """What goes wrong."""
+    """Faults, in any number."""

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from sim_backends.wire.alp.codes import BIN_UNINTERRUPTED, require
-from sim_backends.wire.alp.settings import AlpSettings
+from sim_backends.wire.alp.settings import AlpEmulatorSettings
 
 
 @dataclass(frozen=True)
@@ -12,29 +12,29 @@ class Mode:
     """What the shortest times depend on."""
 
     bits: int
-    """ALP_BITNUM."""
+    """Setting of ALP_BITNUM."""
 
     bin_mode: int
-    """ALP_BIN_NORMAL or ALP_BIN_UNINTERRUPTED."""
+    """Setting of ALP_BIN_MODE: ALP_BIN_NORMAL or ALP_BIN_UNINTERRUPTED."""
 
     rows_left_out: int
-    """Rows outside ALP_SEQ_DMD_LINES."""
+    """Number of rows outside ALP_SEQ_DMD_LINES."""
 
     @property
     def uninterrupted(self) -> bool:
         """Whether a picture stays until the next one."""
         return self.bin_mode == BIN_UNINTERRUPTED
 
-    def min_illuminate_us(self, settings: AlpSettings) -> int:
+    def min_illuminate_us(self, settings: AlpEmulatorSettings) -> int:
         """Shortest illuminate time: one array load a bit plane, each twice as long as the one before [I]."""
         plane_us = math.ceil(settings.min_picture_time_us - settings.row_load_us * self.rows_left_out)
         return plane_us * ((1 << self.bits) - 1)
 
-    def dark_us(self, settings: AlpSettings) -> int:
+    def dark_us(self, settings: AlpEmulatorSettings) -> int:
         """Shortest dark phase."""
         return 0 if self.uninterrupted else settings.min_dark_us
 
-    def min_picture_us(self, settings: AlpSettings) -> int:
+    def min_picture_us(self, settings: AlpEmulatorSettings) -> int:
         """Shortest picture time."""
         return self.min_illuminate_us(settings) + self.dark_us(settings)
 
@@ -64,7 +64,7 @@ class Asked:
     synch_pulse_us: int = 0
     trigger_in_delay_us: int = 0
 
-    def accepted(self, mode: Mode, settings: AlpSettings) -> Timing:
+    def accepted(self, mode: Mode, settings: AlpEmulatorSettings) -> Timing:
         """Fill in the defaults.
 
         Raises:

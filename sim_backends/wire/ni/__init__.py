@@ -5,6 +5,6 @@ Written from the hardware sheet alone (``h10682-daq.md``, sections 4, 11 and 12)
 """
 
 from sim_backends.wire.ni.plugin import open_emulator, plugin
-from sim_backends.wire.ni.settings import NiSettings
+from sim_backends.wire.ni.settings import NiEmulatorSettings
 
-__all__ = ["NiSettings", "open_emulator", "plugin"]
+__all__ = ["NiEmulatorSettings", "open_emulator", "plugin"]

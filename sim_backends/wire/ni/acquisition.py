@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from protocols import Floats, Integers
 from sim_backends.bench import OpticalBench
 from sim_backends.wire.ni.errors import CI_OVERRUN, STOPPED_TO_PREVENT_OVERWRITE, Manner
-from sim_backends.wire.ni.settings import LatchRace, NiSettings, ReadFault, ServerVanishes, Unplugged
+from sim_backends.wire.ni.settings import LatchRace, NiEmulatorSettings, ReadFault, ServerVanishes, Unplugged
 from sim_backends.wire.seen_edges import SeenEdges
 
 _WRAP = 2**32
@@ -20,7 +20,7 @@ class Plan:
     """What a task is started with."""
 
     counter: str
-    """Such as ``ctr0``."""
+    """Name of the counter, such as ``ctr0``."""
 
     tick_hz: float | None
     """Rate of the onboard timebase that is counted; None: a pin is."""
@@ -44,10 +44,10 @@ class Plan:
     """Duplicate count prevention: whether a sample without a source edge since the last one is written."""
 
     samples: int | None
-    """How many samples a finite task takes; None: continuous."""
+    """Number of samples that a finite task takes; None: continuous."""
 
     capacity: int
-    """Input buffer, in samples."""
+    """Size of the input buffer, in samples."""
 
     overwrite: bool
     """Whether unread samples of a continuous task may be overwritten."""
@@ -65,7 +65,7 @@ class Break:
 class Acquisition:
     """The counter and its buffer, from arming on. It is told the time, and never waits."""
 
-    def __init__(self, settings: NiSettings, bench: OpticalBench, plan: Plan, now_s: float) -> None:
+    def __init__(self, settings: NiEmulatorSettings, bench: OpticalBench, plan: Plan, now_s: float) -> None:
         self.plan = plan
         self.broken: Break | None = None
         self.overwritten = False

@@ -25,7 +25,7 @@ from sim_backends.wire.ni.errors import (
     NiError,
     ServerGone,
 )
-from sim_backends.wire.ni.settings import CallFault, Held, NiSettings, ShortRead
+from sim_backends.wire.ni.settings import CallFault, Held, NiEmulatorSettings, ShortRead
 from sim_backends.wire.ni.task import EveryN, State, Task, Value
 from sim_backends.wire.ni.terminals import Terminals
 
@@ -34,10 +34,10 @@ Samples = NDArray[np.uint32]
 _STILL_ALLOWED = ("ClearTask", "UnregisterEveryNSamplesEvent", "GetErrorString", "GetSystemInfoAttributeUInt32")
 
 
-class Board:
+class EmulatedNiBoard:
     """NI-DAQmx with one or more X-series boards of one kind. Safe to call from many threads."""
 
-    def __init__(self, settings: NiSettings, bench: OpticalBench) -> None:
+    def __init__(self, settings: NiEmulatorSettings, bench: OpticalBench) -> None:
         self.settings = settings
         self._bench = bench
         self._lock = threading.RLock()

@@ -9,9 +9,9 @@ import nidaqmx
 from nidaqmx._stubs.nidaqmx_pb2_grpc import add_NiDAQmxServicer_to_server
 
 from sim_backends.bench import OpticalBench
-from sim_backends.wire.ni.board import Board
+from sim_backends.wire.ni.board import EmulatedNiBoard
 from sim_backends.wire.ni.service import NiService
-from sim_backends.wire.ni.settings import NiSettings
+from sim_backends.wire.ni.settings import NiEmulatorSettings
 
 _GrpcSessionOptions: Any = nidaqmx.GrpcSessionOptions
 _add_servicer: Any = add_NiDAQmxServicer_to_server
@@ -24,9 +24,9 @@ class NiEmulator(_GrpcSessionOptions):  # type: ignore[misc]
     channel and server; ``close`` does the same and may be called twice.
     """
 
-    def __init__(self, settings: NiSettings, bench: OpticalBench) -> None:
+    def __init__(self, settings: NiEmulatorSettings, bench: OpticalBench) -> None:
         """Start the server and connect to it."""
-        self.board = Board(settings, bench)
+        self.board = EmulatedNiBoard(settings, bench)
         self.service = NiService(self.board)
         self._workers = ThreadPoolExecutor(max_workers=16, thread_name_prefix="ni-emulator")
         self._server = grpc.server(self._workers)

@@ -1,13 +1,13 @@
 """Entry point of the emulated NI board: ``transport = "ni-emulator"`` under ``[counter]``."""
 
 from protocols import BenchContext, DriverUnavailable, TransportPlugin
-from sim_backends.wire.ni.settings import NiSettings
+from sim_backends.wire.ni.settings import NiEmulatorSettings
 from sim_backends.wire.seen_edges import photon_bench_of
 
 _NAME = "ni-emulator"
 
 
-def open_emulator(settings: NiSettings, context: BenchContext) -> object:
+def open_emulator(settings: NiEmulatorSettings, context: BenchContext) -> object:
     """Start the emulated board.
 
     Returns:
@@ -31,6 +31,6 @@ def open_emulator(settings: NiSettings, context: BenchContext) -> object:
 
 
 plugin = TransportPlugin(
-    summary="emulated NI X-series board behind a gRPC device server", settings=NiSettings, open=open_emulator
+    summary="emulated NI X-series board behind a gRPC device server", settings=NiEmulatorSettings, open=open_emulator
 )
 """Found as ``kinopix.transports: ni-emulator``."""

@@ -15,7 +15,7 @@ from nidaqmx._stubs import nidaqmx_pb2 as pb
 from nidaqmx._stubs import nidaqmx_pb2_grpc
 from session_pb2 import Session
 
-from sim_backends.wire.ni.board import Board, Samples
+from sim_backends.wire.ni.board import EmulatedNiBoard, Samples
 from sim_backends.wire.ni.errors import NiError, ServerGone, text_of
 
 _Servicer: Any = nidaqmx_pb2_grpc.NiDAQmxServicer
@@ -38,7 +38,7 @@ def _rpc(method: Callable[..., Any]) -> Callable[..., Any]:
 class NiService(_Servicer):  # type: ignore[misc]
     """``NiDAQmxServicer`` for an emulated board. What is not here answers UNIMPLEMENTED."""
 
-    def __init__(self, board: Board) -> None:
+    def __init__(self, board: EmulatedNiBoard) -> None:
         self.board = board
         self.transcript: list[tuple[str, Any]] = []
         """Name and request of each call, in order, for tests."""

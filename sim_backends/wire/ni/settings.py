@@ -20,10 +20,10 @@ class ReadFault(Frozen):
     -201314; sync signal -200313, -200314; configuration -201313, -200140; reserved -50103, -200022; and so on."""
 
     at: NonNegativeInt
-    """Which sample, from 0."""
+    """Index of the sample, from 0."""
 
     give: Literal["metadata", "bare", "status"] = "metadata"
-    """How the server tells: ``ni-error`` with ``ni-samps-per-chan-read`` 0, ``ni-error`` alone, or in the status of a
+    """Manner in which the server tells: ``ni-error`` with ``ni-samps-per-chan-read`` 0, ``ni-error`` alone, or in the status of a
     response that carries the good samples."""
 
     counter: str | None = None
@@ -50,10 +50,10 @@ class LatchRace(Frozen):
     """Tells this table from the others."""
 
     at: NonNegativeInt
-    """Which sample, from 0."""
+    """Index of the sample, from 0."""
 
     counts: int = 1
-    """How many counts move to the later bin; negative: to the earlier one."""
+    """Number of counts that move to the later bin; negative: to the earlier one."""
 
 
 class Unplugged(Frozen):
@@ -89,7 +89,7 @@ class CallFault(Frozen):
     """Name of the remote call, such as ``StartTask``."""
 
     nth: PositiveInt = 1
-    """Which call of that name, from 1."""
+    """Number of the call of that name, from 1."""
 
     code: Annotated[int, Field(le=0)] = 0
     """DAQmx error that it gives; 0: none, it is only slow."""
@@ -105,7 +105,7 @@ class Held(Frozen):
     """Tells this table from the others."""
 
     counter: str = "ctr0"
-    """Which one."""
+    """Name of the counter."""
 
     code: Annotated[int, Field(lt=0)] = -50103
     """-50103 or -200022, both are seen."""
@@ -117,14 +117,14 @@ NiFault: TypeAlias = Annotated[
 """Something that goes wrong on this board."""
 
 
-class NiSettings(Frozen):
+class NiEmulatorSettings(Frozen):
     """An X-series board behind a gRPC device server. Marks as in the sheet: [I] inferred, [R] recalled, [U] unknown."""
 
     devices: tuple[str, ...] = ("Dev1",)
     """Names of the boards."""
 
     product_type: str = "PCIe-6321"
-    """What ``Device.product_type`` tells."""
+    """Name of the product, as ``Device.product_type`` tells it."""
 
     driver_version: tuple[int, int, int] = (24, 8, 0)
     """Major, minor, update. From 24.5 on the client asks for READ_ALL_AVAILABLE in another way."""
@@ -133,7 +133,7 @@ class NiSettings(Frozen):
     """What ``Device.is_simulated`` tells. NI's own simulated boards count nothing, so that a driver may refuse them."""
 
     counters: PositiveInt = 4
-    """Counters a board."""
+    """Number of counters on a board."""
 
     ci_max_size: PositiveInt = 32
     """Counter width in bits, as told; samples are 32 bits."""
@@ -187,7 +187,7 @@ class NiSettings(Frozen):
     """Part of a tick that has passed when the counter is armed."""
 
     timebase_ppm: float = 0.0
-    """By how much the onboard crystal is fast against the bench's clock."""
+    """Parts per million by which the onboard crystal is fast against the bench's clock."""
 
     default_buffers: tuple[tuple[PositiveFloat, PositiveInt], ...] = ((100.0, 1000), (10e3, 10_000), (1e6, 100_000))
     """Input buffer of a continuous task, in samples, up to a rate in Hz [R]; faster: one million."""
@@ -196,10 +196,10 @@ class NiSettings(Frozen):
     """Whether samples that wait in the buffer can still be read after -200222 [U]."""
 
     possibly_invalid_samples: NonNegativeInt = 0
-    """What ``ci_num_possibly_invalid_samps`` tells."""
+    """Number of samples that ``ci_num_possibly_invalid_samps`` tells."""
 
     patience_s: PositiveFloat = 3600.0
     """A wait without limit ends after this long, instead of never."""
 
     faults: tuple[NiFault, ...] = ()
-    """What goes wrong."""
+    """Faults, in any number."""

@@ -16,7 +16,7 @@ from sim_backends.wire.ni.errors import (
     TASK_IS_RUNNING,
     NiError,
 )
-from sim_backends.wire.ni.settings import NiSettings
+from sim_backends.wire.ni.settings import NiEmulatorSettings
 from sim_backends.wire.ni.terminals import Terminals
 
 Value: TypeAlias = int | float | bool | str
@@ -46,7 +46,7 @@ class EveryN:
 class Task:
     """A task as the driver keeps it. Not safe on its own: the board's lock is held round every call."""
 
-    def __init__(self, name: str, settings: NiSettings, terminals: Terminals) -> None:
+    def __init__(self, name: str, settings: NiEmulatorSettings, terminals: Terminals) -> None:
         self.name = name
         self.state: State = "unverified"
         self.device = ""

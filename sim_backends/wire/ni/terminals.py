@@ -7,7 +7,7 @@ from sim_backends.wire.ni.errors import (
     ROUTE_NOT_SUPPORTED,
     NiError,
 )
-from sim_backends.wire.ni.settings import NiSettings
+from sim_backends.wire.ni.settings import NiEmulatorSettings
 
 _TIMEBASES_HZ = {"100MHzTimebase": 100e6, "80MHzTimebase": 80e6, "20MHzTimebase": 20e6, "100kHzTimebase": 100e3}
 _PFI_LINES = 16
@@ -17,7 +17,7 @@ _DEFAULT_SOURCES = ("PFI8", "PFI3", "PFI0", "PFI5")
 class Terminals:
     """What can be named on a board, and what it is wired to."""
 
-    def __init__(self, settings: NiSettings) -> None:
+    def __init__(self, settings: NiEmulatorSettings) -> None:
         self._settings = settings
         x_series = [name for name in _TIMEBASES_HZ if name != "80MHzTimebase"]
         self.timebases_hz = {

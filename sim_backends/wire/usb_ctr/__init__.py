@@ -5,6 +5,6 @@ Written from the hardware sheet alone (``h10682-daq.md``, sections 5, 11 and 12)
 
 from sim_backends.wire.usb_ctr.backend import UsbCtrBackend
 from sim_backends.wire.usb_ctr.plugin import open_emulator, plugin
-from sim_backends.wire.usb_ctr.settings import UsbCtrSettings
+from sim_backends.wire.usb_ctr.settings import UsbCtrEmulatorSettings
 
-__all__ = ["UsbCtrBackend", "UsbCtrSettings", "open_emulator", "plugin"]
+__all__ = ["UsbCtrBackend", "UsbCtrEmulatorSettings", "open_emulator", "plugin"]

@@ -13,9 +13,9 @@ from typing import Any
 import usb.backend
 import usb.core
 
-from sim_backends.wire.usb_ctr.board import UsbCtrBoard
+from sim_backends.wire.usb_ctr.board import EmulatedUsbCtrBoard
 from sim_backends.wire.usb_ctr.requests import Gone, Stall, TimedOut
-from sim_backends.wire.usb_ctr.settings import NoAccess, UsbCtrSettings
+from sim_backends.wire.usb_ctr.settings import NoAccess, UsbCtrEmulatorSettings
 
 VENDOR_ID = 0x09DB
 PRODUCT_IDS = {"USB-CTR04": 0x012E, "USB-CTR08": 0x0127}
@@ -46,12 +46,12 @@ def _no_device() -> Exception:
 class UsbCtrBackend(_IBackend):  # type: ignore[misc]
     """``usb.backend.IBackend`` for ``usb.core.find(backend=...)``: one device, one configuration, one interface."""
 
-    def __init__(self, board: UsbCtrBoard) -> None:
+    def __init__(self, board: EmulatedUsbCtrBoard) -> None:
         self.board = board
         self.transcript: list[tuple[int, int, int, int, bytes]] = []
         """bmRequestType, bRequest, wValue, wIndex and data of each vendor transfer, in order, for tests."""
         settings = board.settings
-        self._settings: UsbCtrSettings = settings
+        self._settings: UsbCtrEmulatorSettings = settings
         self._strings = {1: "MCC", 2: settings.model, 3: settings.serial_number}
         self._holder: Handle | None = None
 
@@ -60,7 +60,7 @@ class UsbCtrBackend(_IBackend):  # type: ignore[misc]
 
     # Descriptors
 
-    def enumerate_devices(self) -> list[UsbCtrBoard]:
+    def enumerate_devices(self) -> list[EmulatedUsbCtrBoard]:
         """The one device, as long as it is there."""
         return [] if self.board.gone else [self.board]
 

@@ -9,17 +9,17 @@ from sim_backends.wire.usb_ctr.housekeeping import UNLOCK, Housekeeping
 from sim_backends.wire.usb_ctr.registers import RegisterRequests
 from sim_backends.wire.usb_ctr.requests import Gone, Read, Stall, TimedOut, Write
 from sim_backends.wire.usb_ctr.scanner import Scanner
-from sim_backends.wire.usb_ctr.settings import ControlFault, FpgaRefused, UsbCtrSettings
+from sim_backends.wire.usb_ctr.settings import ControlFault, FpgaRefused, UsbCtrEmulatorSettings
 from sim_backends.wire.usb_ctr.timers import Timer
 
 _RUNNING, _OVERRUN, _FPGA_CONFIGURED, _CONFIGURING = 0x0002, 0x0004, 0x0100, 0x0200
 _RESET, _FPGA_CONFIG, _FPGA_DATA = 0x42, 0x50, 0x51
 
 
-class UsbCtrBoard:
+class EmulatedUsbCtrBoard:
     """A USB-CTR04 or 08 from power-up on. Safe to call from many threads."""
 
-    def __init__(self, settings: UsbCtrSettings, bench: OpticalBench) -> None:
+    def __init__(self, settings: UsbCtrEmulatorSettings, bench: OpticalBench) -> None:
         self.settings = settings
         self.gone = False
         self._clock = bench.clock

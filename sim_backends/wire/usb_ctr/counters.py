@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from protocols import Floats, Integers
 from sim_backends.wire.usb_ctr.debounce import debounce_s
-from sim_backends.wire.usb_ctr.settings import UsbCtrSettings
+from sim_backends.wire.usb_ctr.settings import UsbCtrEmulatorSettings
 from sim_backends.wire.usb_ctr.timers import Timer
 
 CLEAR_ON_READ = 0x01
@@ -23,13 +23,13 @@ class Moments:
     """Times at which counters are latched, and what had come by then since power-up."""
 
     time_s: Floats
-    """``(n,)``."""
+    """``(n,)`` times, in seconds."""
 
     photons: Integers
-    """``(n,)``."""
+    """``(n,)`` photons by each time."""
 
     edges: Integers
-    """``(n,)``: sync edges."""
+    """``(n,)`` sync edges by each time."""
 
 
 @dataclass
@@ -50,7 +50,7 @@ class Registers:
 class Counters:
     """All counters of a device. Totalizing and, on the sync input, the period x1; other modes and gates count nothing."""
 
-    def __init__(self, settings: UsbCtrSettings, timers: list[Timer]) -> None:
+    def __init__(self, settings: UsbCtrEmulatorSettings, timers: list[Timer]) -> None:
         self.registers = [
             Registers(settings.debounce_at_power_up) for _ in range(4 if settings.model == "USB-CTR04" else 8)
         ]

@@ -3,13 +3,13 @@
 from protocols import BenchContext, TransportPlugin
 from sim_backends.wire.seen_edges import photon_bench_of
 from sim_backends.wire.usb_ctr.backend import UsbCtrBackend
-from sim_backends.wire.usb_ctr.board import UsbCtrBoard
-from sim_backends.wire.usb_ctr.settings import UsbCtrSettings
+from sim_backends.wire.usb_ctr.board import EmulatedUsbCtrBoard
+from sim_backends.wire.usb_ctr.settings import UsbCtrEmulatorSettings
 
 _NAME = "usb-ctr-emulator"
 
 
-def open_emulator(settings: UsbCtrSettings, context: BenchContext) -> UsbCtrBackend:
+def open_emulator(settings: UsbCtrEmulatorSettings, context: BenchContext) -> UsbCtrBackend:
     """Plug an emulated device in.
 
     Returns:
@@ -18,10 +18,10 @@ def open_emulator(settings: UsbCtrSettings, context: BenchContext) -> UsbCtrBack
     Raises:
         InputError: no optical bench, or one that does not count photons.
     """
-    return UsbCtrBackend(UsbCtrBoard(settings, photon_bench_of(context, _NAME)))
+    return UsbCtrBackend(EmulatedUsbCtrBoard(settings, photon_bench_of(context, _NAME)))
 
 
 plugin = TransportPlugin(
-    summary="emulated MCC USB-CTR04/08 as a pyusb backend", settings=UsbCtrSettings, open=open_emulator
+    summary="emulated MCC USB-CTR04/08 as a pyusb backend", settings=UsbCtrEmulatorSettings, open=open_emulator
 )
 """Found as ``kinopix.transports: usb-ctr-emulator``."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from protocols import Integers
 from sim_backends.wire.usb_ctr.counters import Moments, Register
-from sim_backends.wire.usb_ctr.settings import ClearRace, ScanFault, UsbCtrSettings
+from sim_backends.wire.usb_ctr.settings import ClearRace, ScanFault, UsbCtrEmulatorSettings
 
 KEEP_COUNTERS = 0x01
 _START = struct.Struct("<IIIBB")
@@ -21,7 +21,7 @@ class Start:
     """The 14 bytes of SCAN_START."""
 
     scans: int
-    """How many; 0: until it is stopped."""
+    """Number of scans; 0: until it is stopped."""
 
     retriggers: int
     pacer_period: int
@@ -44,7 +44,7 @@ class Start:
 class Scan:
     """A running or ended scan. It is fed with moments and fills the FIFO."""
 
-    def __init__(self, settings: UsbCtrSettings, elements: bytes, start: Start, started_s: float) -> None:
+    def __init__(self, settings: UsbCtrEmulatorSettings, elements: bytes, start: Start, started_s: float) -> None:
         self.start = start
         self.started_s = started_s
         self.done = 0

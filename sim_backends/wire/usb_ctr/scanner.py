@@ -7,7 +7,7 @@ from sim_backends.wire.seen_edges import SeenEdges
 from sim_backends.wire.usb_ctr.counters import Counters, Moments
 from sim_backends.wire.usb_ctr.requests import Stall, Write, exactly
 from sim_backends.wire.usb_ctr.scan import KEEP_COUNTERS, Scan, Start
-from sim_backends.wire.usb_ctr.settings import UsbCtrSettings
+from sim_backends.wire.usb_ctr.settings import UsbCtrEmulatorSettings
 from sim_backends.wire.usb_ctr.timers import BASE_HZ
 
 _MOST_ELEMENTS = 33
@@ -17,7 +17,7 @@ _NOT_A_COUNTER = 0x20
 class Scanner:
     """What the device sees of edges and photons from power-up on, and the scan that it takes of them."""
 
-    def __init__(self, settings: UsbCtrSettings, bench: OpticalBench, counters: Counters) -> None:
+    def __init__(self, settings: UsbCtrEmulatorSettings, bench: OpticalBench, counters: Counters) -> None:
         self.scan: Scan | None = None
         self._settings = settings
         self._clock = bench.clock

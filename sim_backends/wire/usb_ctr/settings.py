@@ -14,10 +14,10 @@ class TimerWire(Frozen):
     """A wire from a timer's output to a counter's input: the on-board test source."""
 
     timer: TimerIndex
-    """Which timer."""
+    """Index of the timer."""
 
     counter: CounterIndex
-    """Which counter."""
+    """Index of the counter."""
 
 
 class FpgaRefused(Frozen):
@@ -31,7 +31,7 @@ class NoAccess(Frozen):
     """The device cannot be opened (errno 13), or another program holds its interface (errno 16)."""
 
     kind: Literal["no-permission", "interface-claimed"]
-    """Which of the two."""
+    """Reason for which the board cannot be opened."""
 
 
 class ScanFault(Frozen):
@@ -43,7 +43,7 @@ class ScanFault(Frozen):
     comes in two parts (one of a single word cannot). ``zero-length-packet``: an empty packet comes before it."""
 
     at: NonNegativeInt
-    """Which scan, from 0."""
+    """Index of the scan, from 0."""
 
 
 class ClearRace(Frozen):
@@ -56,7 +56,7 @@ class ClearRace(Frozen):
     """The scan that loses them, from 0."""
 
     counts: int = 1
-    """How many; negative: the next scan loses them to this one."""
+    """Number of counts; negative: the next scan loses them to this one."""
 
 
 class ControlFault(Frozen):
@@ -69,10 +69,10 @@ class ControlFault(Frozen):
     """``bRequest``, such as 0x21 for SCAN_START."""
 
     nth: PositiveInt = 1
-    """Which transfer of that request, from 1."""
+    """Number of the transfer of that request, from 1."""
 
     error: Literal["stall", "timeout", "none"] = "stall"
-    """How it fails."""
+    """Manner in which the transfer fails."""
 
     delay_s: NonNegativeFloat = 0.0
     """Time that passes before the answer."""
@@ -84,14 +84,14 @@ UsbCtrFault: TypeAlias = Annotated[
 """Something that goes wrong on this device."""
 
 
-class UsbCtrSettings(Frozen):
+class UsbCtrEmulatorSettings(Frozen):
     """A USB-CTR04 or 08. Marks as in the sheet: [V] verified, [I] inferred, [U] unknown."""
 
     model: Literal["USB-CTR04", "USB-CTR08"] = "USB-CTR04"
     """PID 0x012E with four counters, or 0x0127 with eight [V]."""
 
     serial_number: Annotated[str, Field(pattern=r"^[0-9A-F]{8}$")] = "01A2B3C4"
-    """Eight characters."""
+    """Serial number of eight characters."""
 
     high_speed: bool = True
     """Packets of 512 bytes; otherwise, on a full-speed bus, 64 [V]."""
@@ -112,13 +112,13 @@ class UsbCtrSettings(Frozen):
     """Bytes after which the FPGA is configured, whatever they are. The maker's image is longer [U]."""
 
     fpga_version: Annotated[int, Field(ge=0, le=0xFFFF)] = 0x0102
-    """BCD: 0x0102 is 01.02."""
+    """Version of the FPGA image in BCD: 0x0102 is 01.02."""
 
     unconfigured: Literal["stall", "silent"] = "stall"
     """What counters, timers and scans do before the FPGA is configured: refuse, or take all and give zeros [U]."""
 
     debounce_table: Literal["uldaq", "wjasper"] = "uldaq"
-    """Which code switches the debounce off: 16 (the maker's library) or 0 (another driver). The sources disagree."""
+    """Source of the codes: the debounce is off at 16 (the maker's library) or 0 (another driver). The sources disagree."""
 
     debounce_at_power_up: Annotated[int, Field(ge=0, le=0x3F)] = 0
     """Debounce code of every counter before one is written [U]."""
@@ -161,4 +161,4 @@ class UsbCtrSettings(Frozen):
     """A transfer without time limit ends after this long, instead of never."""
 
     faults: tuple[UsbCtrFault, ...] = ()
-    """What goes wrong."""
+    """Faults, in any number."""

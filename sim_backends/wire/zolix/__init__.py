@@ -1,24 +1,19 @@
-"""Zolix MC600 and SC300 controllers as byte machines, behind a pyserial port, a pyserial URL or a pseudo-terminal.
+"""Zolix MC600 and SC300 controllers as byte machines, behind a pyserial port.
 
 Written from the hardware sheet alone (``ka400z.md``, sections 3 and 5), never from a driver.
 """
 
-from sim_backends.wire.zolix.controller import Controller
+from sim_backends.wire.zolix.controller import EmulatedController
 from sim_backends.wire.zolix.mc600 import mc600_controller
 from sim_backends.wire.zolix.port import EmulatedPort
-from sim_backends.wire.zolix.pty import serve_pty
 from sim_backends.wire.zolix.sc300 import sc300_controller
 from sim_backends.wire.zolix.settings import Mc600Settings, Sc300Settings
-from sim_backends.wire.zolix.url import publish, register_urls
 
 __all__ = [
-    "Controller",
+    "EmulatedController",
     "EmulatedPort",
     "Mc600Settings",
     "Sc300Settings",
     "mc600_controller",
-    "publish",
-    "register_urls",
     "sc300_controller",
-    "serve_pty",
 ]

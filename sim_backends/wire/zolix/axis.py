@@ -14,16 +14,13 @@ class Axis:
     The carriage's zero is the home position. The counter starts at 0 wherever the carriage stands when power comes.
     """
 
-    def __init__(
-        self, *, low: int, high: int, start: int, counter: int = 0, backlash: int = 0, limit_sticks: bool = False
-    ) -> None:
+    def __init__(self, *, low: int, high: int, start: int, backlash: int = 0, limit_sticks: bool = False) -> None:
         """Power up.
 
         Args:
             low: lower limit switch.
             high: upper limit switch.
             start: where the carriage stands.
-            counter: what the controller calls this place.
             backlash: play of the nut on the screw. At first it is taken up for motion upwards.
             limit_sticks: a limit switch that was once reached never lets go.
         """
@@ -31,11 +28,11 @@ class Axis:
         self._limit_sticks = limit_sticks
         self._backlash = backlash
         # Play ahead of an upward motion, and the counter value at which it was so large.
-        self._play_up, self._play_since = 0.0, float(counter)
-        self.counter = Path((Leg(0.0, float(counter)),))
+        self._play_up, self._play_since = 0.0, 0.0
+        self.counter = Path((Leg(0.0, 0.0),))
         self.carriage = Path((Leg(0.0, float(start)),))
         self.end_s = 0.0
-        self.target = counter
+        self.target = 0
         self.homed = False
         self._homing = False
         self.motion = 0
@@ -50,7 +47,7 @@ class Axis:
         return round(self.counter.now(now_s))
 
     def blocked(self, now_s: float, distance: int) -> bool:
-        """Whether a limit switch forbids this way."""
+        """Whether a limit switch forbids this direction."""
         at = self.carriage.now(now_s)
         low, high = at <= self._low, at >= self._high
         if self._limit_sticks and (low or high):
@@ -58,19 +55,19 @@ class Axis:
         return (low and distance < 0) or (high and distance > 0)
 
     def _play(self, now_s: float, *, up: bool) -> float:
-        """Way of the screw before the carriage follows upwards or downwards."""
+        """Distance that the screw turns before the carriage follows upwards or downwards."""
         turned = self.counter.now(now_s) - self._play_since
         play_up = min(max(self._play_up - turned, 0.0), float(self._backlash))
         return play_up if up else self._backlash - play_up
 
     def move(self, now_s: float, distance: int, rates: Rates, stall_at: float | None = None) -> None:
-        """Start a motion over ``distance`` pulses. A limit switch on the way ends it abruptly.
+        """Start a motion over ``distance`` pulses. A limit switch in between ends it abruptly.
 
         Args:
             now_s: clock time of the start.
             distance: signed.
             rates: speeds and acceleration.
-            stall_at: part of the way after which the motor loses its steps; the counter does not know.
+            stall_at: part of the distance after which the motor loses its steps; the counter does not know.
         """
         self.target = self.reported(now_s) + distance
         screw = Trapezoid(distance, rates)
@@ -83,7 +80,7 @@ class Axis:
         self._go(now_s, Cut(screw, stopped.duration_s), stopped)
 
     def _room(self, now_s: float, *, up: bool) -> float:
-        """Way to the limit switch."""
+        """Distance to the limit switch."""
         at = self.carriage.now(now_s)
         return self._high - at if up else at - self._low
 
@@ -149,6 +146,6 @@ class Axis:
         self.counter = self.counter.then(Leg(leg_s, 0.0))
         self.carriage = self.carriage.then(Leg(leg_s, 0.0))
         self.target, self.homed, self._homing = 0, True, True
-        # The last way of homing took the play up in its own direction.
+        # The last leg of homing took the play up in its own direction.
         came_down = (switch or self.carriage.now(now_s)) > 0
         self._play_up, self._play_since = (float(self._backlash) if came_down else 0.0), 0.0

@@ -15,10 +15,10 @@ from sim_backends.wire.zolix.faults import COMPLETION, Faults
 from sim_backends.wire.zolix.settings import Mc600Settings, Sc300Settings
 
 BoxSettings: TypeAlias = Mc600Settings | Sc300Settings
-"""Settings of either dialect."""
+"""Settings of a box of either dialect."""
 
 CarryObject: TypeAlias = Callable[[Callable[[Floats], Floats]], None]
-"""Told how the object is carried: clock seconds ``(n,)`` to mm ``(n,)``."""
+"""Function that is told how the object is carried: clock seconds ``(n,)`` to mm ``(n,)``."""
 
 _LONGEST_LINE = 256
 """A line without CR that grows longer is thrown away."""
@@ -29,7 +29,7 @@ class Answer:
     """What a command leads to."""
 
     lines: tuple[str, ...] = ()
-    """Reply lines, at once."""
+    """Lines of the reply, sent at once."""
 
     moved: tuple[str, ...] = ()
     """Axes whose motion it started or ended."""
@@ -69,7 +69,7 @@ class _Event:
     act: Callable[[float], None] = field(compare=False)
 
 
-class Controller:
+class EmulatedController:
     """One box on one serial line. Safe to use from several threads.
 
     A command takes effect at the moment at which its last byte has come over the line, and a reply can be read byte by
@@ -98,9 +98,8 @@ class Controller:
         self._lock = threading.RLock()
         self._carry = carry
         self.faults = Faults(settings.faults)
-        self._build_dialect = dialect
         start = round(settings.start_mm * settings.pulses_per_mm)
-        self.axes = {name: self._axis(start, 0) for name in axes}
+        self.axes = {name: self._axis(start) for name in axes}
         self._dialect = dialect(self.axes, self.faults)
         self._order = itertools.count()
         self._events: list[_Event] = []
@@ -112,27 +111,13 @@ class Controller:
         """Whether the port is gone."""
         self._tell_bench()
 
-    def _axis(self, start: int, counter: int) -> Axis:
+    def _axis(self, start: int) -> Axis:
         settings, pulses = self.settings, self.settings.pulses_per_mm
         low, high = (round(limit * pulses) for limit in settings.travel_mm)
         backlash, sticks = round(settings.backlash_mm * pulses), self.faults.limit_sticks
-        return Axis(low=low, high=high, start=start, counter=counter, backlash=backlash, limit_sticks=sticks)
+        return Axis(low=low, high=high, start=start, backlash=backlash, limit_sticks=sticks)
 
-    def power_cycle(self) -> None:
-        """Switch off and on: carriages stay where they stand, registers and what was under way are forgotten."""
-        with self._lock:
-            now_s = self.clock.now_s()
-            self._run_to(now_s)
-            kept = self.settings.keeps_position
-            for name, axis in self.axes.items():
-                self.axes[name] = self._axis(round(axis.carriage.now(now_s)), axis.reported(now_s) if kept else 0)
-            self._dialect = self._build_dialect(self.axes, self.faults)
-            for pending in (self._events, self._held, self._typed, self._out):
-                pending.clear()
-            self._line_in_s = self._busy_s = self._line_out_s = now_s
-            self._tell_bench()
-
-    # What tests and the bench compare
+    # Where the carriage is, was told to be, and is said to be: three figures that a fault tells apart
 
     def true_position_mm(self, clock_s: Floats) -> Floats:
         """Where the carriage really is, ``(n,)``, from its home position."""

@@ -41,7 +41,7 @@ class Faults:
         return not any(isinstance(fault, PortVanishes) and self.commands >= fault.nth for fault in self._faults)
 
     def move(self) -> float | None:
-        """Count a move; give the part of its way after which the motor stalls."""
+        """Count a move; give the part of its distance after which the motor stalls."""
         self.moves += 1
         stalls = [fault.after for fault in self._faults if isinstance(fault, Stall) and fault.nth == self.moves]
         return min(stalls, default=None)

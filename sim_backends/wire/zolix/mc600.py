@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 from sim_backends.bench import BenchClock
 from sim_backends.wire.zolix.axis import Axis
-from sim_backends.wire.zolix.controller import Answer, CarryObject, Controller
+from sim_backends.wire.zolix.controller import Answer, CarryObject, EmulatedController
 from sim_backends.wire.zolix.faults import Faults
 from sim_backends.wire.zolix.motion import Rates
 from sim_backends.wire.zolix.registers import Registers
@@ -112,13 +112,13 @@ class Mc600:
     def _go_position(self, arguments: list[str], now_s: float) -> Answer:
         """``GoPosition X,O,R,P,1000``: axis, loop, relative or absolute, sign, unsigned number."""
         axis = self._axis(arguments, 5)
-        _, loop, way, sign, number = arguments
-        if loop not in ("O", "C") or way not in ("R", "A") or sign not in ("P", "N") or not _NUMBER.fullmatch(number):
+        _, loop, kind, sign, number = arguments
+        if loop not in ("O", "C") or kind not in ("R", "A") or sign not in ("P", "N") or not _NUMBER.fullmatch(number):
             raise _NotUnderstoodError
         registers = self._registers[axis]
         pulses = round(float(number) * registers.pulses_per_unit) * (1 if sign == "P" else -1)
         here = self._axes[axis].reported(now_s)
-        return self._move(axis, here + pulses if way == "R" else registers.zero + pulses, now_s)
+        return self._move(axis, here + pulses if kind == "R" else registers.zero + pulses, now_s)
 
     def _go_origin(self, arguments: list[str], now_s: float) -> Answer:
         """``GoOrigion X``: to the work origin, spelled so."""
@@ -178,6 +178,8 @@ class Mc600:
         return Answer(("OK",), stored=True)
 
 
-def mc600_controller(settings: Mc600Settings, clock: BenchClock, carry: CarryObject | None = None) -> Controller:
+def mc600_controller(
+    settings: Mc600Settings, clock: BenchClock, carry: CarryObject | None = None
+) -> EmulatedController:
     """Switch an MC600 on. It has four axes with the same mechanics; one carries the object."""
-    return Controller(settings, clock, lambda axes, faults: Mc600(settings, axes, faults), carry, _AXES)
+    return EmulatedController(settings, clock, lambda axes, faults: Mc600(settings, axes, faults), carry, _AXES)

@@ -14,11 +14,11 @@ class Curve(Protocol):
 
     @property
     def duration_s(self) -> float:
-        """From start to standstill."""
+        """Time from start to standstill."""
         ...
 
-    def way(self, time_s: Floats) -> Floats:
-        """Signed way done at ``time_s`` (n,) after the start, inside the motion or not."""
+    def travelled(self, time_s: Floats) -> Floats:
+        """Give the signed distance covered at ``time_s`` (n,) after the start, inside the motion or not."""
         ...
 
     def speed(self, time_s: float) -> float:
@@ -31,18 +31,18 @@ class Rates:
     """What a controller is told about a motion, in pulses and seconds."""
 
     top: float
-    """Speed of the cruise."""
+    """Speed between the ramps."""
 
     initial: float
     """Speed at which a stepper starts and ends without a ramp."""
 
     acceleration: float
-    """Of both ramps; that they are equal is not known [U]."""
+    """Acceleration of both ramps; that they are equal is not known [U]."""
 
 
 @dataclass(frozen=True)
 class Trapezoid:
-    """Ramp, cruise and equal ramp down; a triangle where the way is too short."""
+    """Ramp, cruise and equal ramp down; a triangle where the distance is too short."""
 
     distance: float
     rates: Rates
@@ -66,7 +66,7 @@ class Trapezoid:
         ramps = (self._peak**2 - self._start**2) / self.rates.acceleration
         return 2 * self._ramp_s + max(0.0, abs(self.distance) - ramps) / self._peak
 
-    def way(self, time_s: Floats) -> Floats:
+    def travelled(self, time_s: Floats) -> Floats:
         """See ``Curve``."""
         a, v0, total = self.rates.acceleration, self._start, self.duration_s
         t = np.clip(time_s, 0.0, total)
@@ -95,7 +95,7 @@ class Braking:
         """Time of the ramp down to the initial speed, from which a stepper stands at once."""
         return max(0.0, abs(self.from_speed) - self.rates.initial) / self.rates.acceleration
 
-    def way(self, time_s: Floats) -> Floats:
+    def travelled(self, time_s: Floats) -> Floats:
         """See ``Curve``."""
         t = np.clip(time_s, 0.0, self.duration_s)
         return math.copysign(1.0, self.from_speed) * (abs(self.from_speed) * t - self.rates.acceleration * t * t / 2)
@@ -112,9 +112,9 @@ class Cut:
     curve: Curve
     duration_s: float
 
-    def way(self, time_s: Floats) -> Floats:
+    def travelled(self, time_s: Floats) -> Floats:
         """See ``Curve``."""
-        return self.curve.way(np.minimum(time_s, self.duration_s))
+        return self.curve.travelled(np.minimum(time_s, self.duration_s))
 
     def speed(self, time_s: float) -> float:
         """See ``Curve``."""
@@ -127,32 +127,32 @@ class Slack:
 
     curve: Curve
     play: float
-    """Way of the screw before the nut follows."""
+    """Distance that the screw turns before the nut follows."""
 
     @property
     def duration_s(self) -> float:
-        """That of the screw."""
+        """Time of the screw's motion."""
         return self.curve.duration_s
 
-    def way(self, time_s: Floats) -> Floats:
+    def travelled(self, time_s: Floats) -> Floats:
         """See ``Curve``."""
-        screw = self.curve.way(time_s)
+        screw = self.curve.travelled(time_s)
         return np.sign(screw) * np.maximum(np.abs(screw) - self.play, 0.0)
 
     def speed(self, time_s: float) -> float:
         """See ``Curve``."""
-        taken_up = abs(float(self.curve.way(np.array([time_s]))[0])) > self.play
+        taken_up = abs(float(self.curve.travelled(np.array([time_s]))[0])) > self.play
         return self.curve.speed(time_s) if taken_up else 0.0
 
 
-def cut_at(curve: Curve, way: float) -> Curve:
-    """End a motion where it has gone ``way`` pulses (unsigned), or leave it as it is where it ends before."""
-    if abs(float(curve.way(np.array([curve.duration_s]))[0])) <= way:
+def cut_at(curve: Curve, distance: float) -> Curve:
+    """End a motion where it has covered ``distance`` pulses (unsigned), or leave it as it is where it ends before."""
+    if abs(float(curve.travelled(np.array([curve.duration_s]))[0])) <= distance:
         return curve
     before, after = 0.0, curve.duration_s
     for _ in range(60):
         middle = (before + after) / 2
-        gone = abs(float(curve.way(np.array([middle]))[0])) > way
+        gone = abs(float(curve.travelled(np.array([middle]))[0])) > distance
         before, after = (before, middle) if gone else (middle, after)
     return Cut(curve, before)
 
@@ -169,7 +169,7 @@ class Leg:
         """Position at each clock time (n,), from the leg's start on."""
         if self.curve is None:
             return np.full_like(clock_s, self.start)
-        return self.start + self.curve.way(clock_s - self.start_s)
+        return self.start + self.curve.travelled(clock_s - self.start_s)
 
 
 _KEPT = 32

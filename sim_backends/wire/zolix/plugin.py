@@ -2,18 +2,18 @@
 
 from protocols import BenchContext, TransportPlugin
 from sim_backends.bench import bench_of
-from sim_backends.wire.zolix.controller import Controller
+from sim_backends.wire.zolix.controller import EmulatedController
 from sim_backends.wire.zolix.mc600 import mc600_controller
 from sim_backends.wire.zolix.port import EmulatedPort
 from sim_backends.wire.zolix.sc300 import sc300_controller
 from sim_backends.wire.zolix.settings import Mc600Settings, Sc300Settings
 
 _TIMEOUT_S = 0.1
-"""Of the port when it is handed over; a driver sets its own."""
+"""Timeout of the port when it is handed over, in seconds; a driver sets its own."""
 
 
-def _open_port(controller: Controller, name: str) -> EmulatedPort:
-    return EmulatedPort(lambda _: controller, name, baudrate=controller.settings.baud, timeout=_TIMEOUT_S)
+def _open_port(controller: EmulatedController, name: str) -> EmulatedPort:
+    return EmulatedPort(controller, name, baudrate=controller.settings.baud, timeout=_TIMEOUT_S)
 
 
 def open_mc600(settings: Mc600Settings, context: BenchContext) -> EmulatedPort:

@@ -1,18 +1,17 @@
 """A pyserial port at whose other end a controller stands."""
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import serial
 
 from sim_backends.bench import RealTimeClock
-from sim_backends.wire.zolix.controller import Controller
+from sim_backends.wire.zolix.controller import EmulatedController
 
 if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
 
 _SLICE_S = 0.005
-"""On a clock that really waits, how long a read sleeps before it looks for what other threads have sent."""
+"""Time that a read sleeps, on a clock that really waits, before it looks for what other threads have sent."""
 
 
 class EmulatedPort(serial.SerialBase):
@@ -21,15 +20,15 @@ class EmulatedPort(serial.SerialBase):
     In virtual time a read without timeout that nothing will ever answer raises ``SerialException`` instead of hanging.
     """
 
-    def __init__(self, connect: Callable[[str | None], Controller], port: str | None = None, **options: object) -> None:
+    def __init__(self, controller: EmulatedController, port: str | None = None, **options: object) -> None:
         """Set up the port; it opens at once where a port name is given, as ``serial.Serial`` does.
 
         Args:
-            connect: gives the controller behind a port name when the port opens.
-            port: a name, or None to open later.
+            controller: the box at the other end of the line.
+            port: a name of no meaning, or None to open later.
             options: as of ``serial.Serial``.
         """
-        self._connect = connect
+        self.controller = controller
         self._arrived = bytearray()
         super().__init__(port, **options)  # type: ignore[arg-type]
 
@@ -37,11 +36,10 @@ class EmulatedPort(serial.SerialBase):
         """Open the port.
 
         Raises:
-            SerialException: it is open already, or there is no such controller.
+            SerialException: it is open already.
         """
         if self.is_open:
             raise serial.SerialException("the port is already open")
-        self.controller = self._connect(self.port)
         self._arrived.clear()
         self.is_open = True
 
@@ -58,7 +56,7 @@ class EmulatedPort(serial.SerialBase):
     def _update_rts_state(self) -> None:
         """The line has no handshake."""
 
-    def _alive(self) -> Controller:
+    def _alive(self) -> EmulatedController:
         if not self.is_open:
             raise serial.PortNotOpenError
         if self.controller.vanished:

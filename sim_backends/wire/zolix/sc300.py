@@ -4,7 +4,7 @@ import re
 
 from sim_backends.bench import BenchClock
 from sim_backends.wire.zolix.axis import Axis
-from sim_backends.wire.zolix.controller import Answer, CarryObject, Controller
+from sim_backends.wire.zolix.controller import Answer, CarryObject, EmulatedController
 from sim_backends.wire.zolix.faults import Faults
 from sim_backends.wire.zolix.motion import Rates
 from sim_backends.wire.zolix.settings import Sc300Settings
@@ -117,6 +117,8 @@ class Sc300:
         return Answer(replies, moved=(axis,), completes=settings.stop_completion)
 
 
-def sc300_controller(settings: Sc300Settings, clock: BenchClock, carry: CarryObject | None = None) -> Controller:
+def sc300_controller(
+    settings: Sc300Settings, clock: BenchClock, carry: CarryObject | None = None
+) -> EmulatedController:
     """Switch an SC300 on."""
-    return Controller(settings, clock, lambda axes, faults: Sc300(settings, axes, faults), carry, settings.axes)
+    return EmulatedController(settings, clock, lambda axes, faults: Sc300(settings, axes, faults), carry, settings.axes)

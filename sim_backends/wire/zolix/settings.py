@@ -20,7 +20,7 @@ class LostReply(Frozen):
     """Beginning of the command it answers, or ``completion``; empty: any."""
 
     nth: PositiveInt = 1
-    """Which of these, from 1."""
+    """Number of the line among those that the fault is for, from 1."""
 
 
 class CorruptedByte(Frozen):
@@ -33,10 +33,10 @@ class CorruptedByte(Frozen):
     """Beginning of the command it answers, or ``completion``; empty: any."""
 
     nth: PositiveInt = 1
-    """Which of these, from 1."""
+    """Number of the line among those that the fault is for, from 1."""
 
     byte: NonNegativeInt = 0
-    """Which byte of the line, from 0; beyond its end, the last but the CR."""
+    """Index of the byte in the line, from 0; beyond its end, the last but the CR."""
 
 
 class LateCompletion(Frozen):
@@ -46,10 +46,10 @@ class LateCompletion(Frozen):
     """Tells this table from the others."""
 
     nth: PositiveInt = 1
-    """Which completion, from 1."""
+    """Number of the completion, from 1."""
 
     delay_s: PositiveFloat = 0.5
-    """By how much."""
+    """Time by which the line is late, in seconds."""
 
 
 class DuplicatedCompletion(Frozen):
@@ -59,7 +59,7 @@ class DuplicatedCompletion(Frozen):
     """Tells this table from the others."""
 
     nth: PositiveInt = 1
-    """Which completion, from 1."""
+    """Number of the completion, from 1."""
 
 
 class Mute(Frozen):
@@ -69,7 +69,7 @@ class Mute(Frozen):
     """Tells this table from the others."""
 
     nth: PositiveInt = 1
-    """From which command on, from 1."""
+    """Number of the first command that finds no port, from 1."""
 
 
 class Stall(Frozen):
@@ -79,10 +79,10 @@ class Stall(Frozen):
     """Tells this table from the others."""
 
     nth: PositiveInt = 1
-    """Which move, from 1."""
+    """Number of the move, from 1."""
 
     after: Annotated[float, Field(ge=0, lt=1)] = 0.5
-    """Part of the way that is still done."""
+    """Part of the distance that is still covered."""
 
 
 class LimitSticks(Frozen):
@@ -122,35 +122,32 @@ class ControllerSettings(Frozen):
     """Relative error of the true lead: the carriage goes (1 + error) times as far as the pulses say [U]."""
 
     backlash_mm: NonNegativeFloat = 0.0
-    """Way of the screw that is lost at each reversal, rounded to a pulse [U]: 5 to 20 um are likely."""
+    """Turn of the screw that is lost at each reversal, rounded to a pulse [U]: 5 to 20 um are likely."""
 
     microsteps: PositiveInt = 8
     """Pulses a full step, 200 full steps a turn: 8 is the factory setting of the SC300 [V]."""
 
     travel_mm: tuple[FiniteFloat, FiniteFloat] = (-200.0, 200.0)
-    """Limit switches, from the home position [U]."""
+    """Positions of the limit switches, from the home position [U]."""
 
     start_mm: FiniteFloat = 0.0
-    """Where the carriage stands when power comes, from the home position. The controller calls it 0."""
-
-    keeps_position: bool = False
-    """Whether the counter survives a power cycle [U]."""
+    """Position of the carriage when power comes, from the home position. The controller calls it 0."""
 
     homing: Literal["direct", "negative", "positive"] = "direct"
     """Straight to an origin switch, or over the limit switch on one side [U]. Homing on a limit switch itself is
     ``negative`` with a travel that begins at 0."""
 
     homing_s: PositiveFloat | None = None
-    """How long homing takes; None: by its way and speed [U]."""
+    """Time that homing takes, in seconds; None: by its distance and speed [U]."""
 
     baud: PositiveInt = 19_200
     """Speed of the line [V]. A port of another speed is not understood."""
 
     turnaround_s: NonNegativeFloat = 0.002
-    """From the end of a command to the start of what it does and answers [U]."""
+    """Time from the end of a command to the start of what it does and answers, in seconds [U]."""
 
     eeprom_s: NonNegativeFloat = 0.0
-    """How much later a command that sets something is answered and the next one is taken [I]: field code leaves 350 ms."""
+    """Extra time in seconds before a command that sets something is answered, and the next taken [I]: field code waits 0.35 s."""
 
     echo: bool = False
     """Whether the box sends each command back first [V for SC300: it does not]."""
@@ -159,13 +156,13 @@ class ControllerSettings(Frozen):
     """Whether a stop is carried out while something moves, whatever ``busy_policy`` says [U]."""
 
     stop_ramp: Literal["decelerate", "abrupt"] = "decelerate"
-    """How a stop ends a motion [U]."""
+    """Manner in which a stop ends a motion [U]."""
 
     stop_completion: bool = True
     """Whether a stopped motion too ends with its completion line [U]."""
 
     faults: tuple[StageFault, ...] = ()
-    """What goes wrong."""
+    """Faults, in any number."""
 
     @model_validator(mode="after")
     def _stands_inside(self) -> "ControllerSettings":
@@ -214,7 +211,7 @@ class Mc600Settings(ControllerSettings):
     """Answer to ``Stop``; empty: none [U]."""
 
     soft_limit: Literal["refuse", "clip"] = "refuse"
-    """A target beyond a soft limit that is switched on: an error, or a shorter way [U]."""
+    """A target beyond a soft limit that is switched on: an error, or a shorter move [U]."""
 
     error_syntax: str = "E01"
     """Answer to what it does not understand [U meaning]."""
@@ -233,7 +230,7 @@ class Sc300Settings(ControllerSettings):
     """Whether a line feed in a command is an error: a real SC300 must not get one [V]. Otherwise it is passed over."""
 
     axes: Literal["X", "XY", "XYZ"] = "X"
-    """SC300-1x, -2x or -3x."""
+    """Axes of the box: an SC300-1x, -2x or -3x."""
 
     version: str = "SC300_V1.0"
     """Answer to ``VE`` [V]."""
@@ -251,7 +248,7 @@ class Sc300Settings(ControllerSettings):
     """Acceleration when power comes [U]; the unit is inferred."""
 
     home_speed_pps: PositiveInt = 4000
-    """Homing speed [U]."""
+    """Speed of homing, in pulses a second [U]."""
 
     completion_first: Literal["?", "echo"] = "?"
     """First byte of the completion line: a question mark, or the first letter of the command [U]."""

@@ -1,1 +1,1 @@
-"""Tests of the H10682 drivers: the codec against the protocol's own bytes, the drivers against scripted hardware."""
+"""Tests of what the drivers of an H10682 head share."""

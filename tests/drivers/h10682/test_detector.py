@@ -2,8 +2,7 @@
 
 import pytest
 
-from drivers.h10682.detector import Head, check_run, counter_limits, linear_limit_hz
-from protocols import CounterRun, PlanError
+from drivers.h10682.detector import Head, counter_limits, linear_limit_hz
 
 
 def test_ten_percent_loss_at_20_ns_is_the_data_sheets_5_million_a_second() -> None:
@@ -25,16 +24,3 @@ def test_a_measured_system_dead_time_overrules_both() -> None:
     limits = counter_limits(head, counter_dead_time_s=50e-9, max_sync_rate_hz=1e5)
     assert limits.dead_time_s == 33e-9
     assert limits.dark_rate_hz == 580
-
-
-def test_too_many_sync_edges_a_second_are_refused_with_both_numbers() -> None:
-    limits = counter_limits(Head(), counter_dead_time_s=0.0, max_sync_rate_hz=20e3)
-    check_run("pmt", CounterRun(n_bins=1, period_s=50e-6), limits)
-    with pytest.raises(PlanError, match=r"25000 sync edges a second; expected at most 20000"):
-        check_run("pmt", CounterRun(n_bins=1, period_s=40e-6), limits)
-
-
-def test_a_run_longer_than_the_counter_is_refused() -> None:
-    limits = counter_limits(Head(), counter_dead_time_s=0.0, max_sync_rate_hz=20e3, max_bins=10)
-    with pytest.raises(PlanError, match="11 patterns; expected at most 10"):
-        check_run("pmt", CounterRun(n_bins=11, period_s=50e-6), limits)

@@ -3,17 +3,18 @@
 import itertools
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from instrument.acquisition import AlignedBlock, Aligner
-from protocols import CountBlock, Floats
+from protocols import CountBlock, CounterOverrun, Floats
 
 PERIOD_S = 50e-6
 
 
 def block(edges: Floats, counts: list[float], first: int = 0) -> CountBlock:
-    return CountBlock(first, np.array(counts), edges[:-1], float(edges[-1]))
+    return CountBlock(first, np.array(counts, np.float64), edges[:-1], float(edges[-1]))
 
 
 def joined(blocks: list[AlignedBlock]) -> tuple[list[float], list[bool]]:
@@ -103,3 +104,17 @@ def test_bins_whose_edge_times_have_stopped_keep_their_counts_and_are_masked() -
     timed = aligner.place(block(np.arange(3, dtype=np.float64) * PERIOD_S, [10, 20]))
     blind = aligner.place(CountBlock(2, np.array([30.0, 40.0])))
     assert joined([timed, blind]) == ([10, 20, 30, 40], [True, True, False, False])
+
+
+@pytest.mark.parametrize(
+    ("first", "saw"),
+    [(4, "bins 2 to 3 are missing"), (1, "bin 1 came again"), (0, "bins 0 to 1 came again")],
+)
+def test_a_lost_or_repeated_block_is_refused_and_what_came_before_stays(first: int, saw: str) -> None:
+    aligner = Aligner(PERIOD_S)
+    kept = aligner.place(CountBlock(0, np.array([10, 20], np.uint32)))
+    with pytest.raises(CounterOverrun, match=f"begins at bin {first}: {saw}; expected bin 2"):
+        aligner.place(CountBlock(first, np.array([30, 40], np.uint32)))
+    assert kept.values.tolist() == [10, 20]
+    assert aligner.patterns == 2
+    assert aligner.place(CountBlock(2, np.array([30, 40], np.uint32))).first_pattern == 2

@@ -24,7 +24,8 @@ writer = RecordingWriter(Path(sys.argv[1]), Plan(frames=2000, image_size=8), pic
 for first in range(0, 7000, 1000):
     values = np.arange(first, first + 1000)
     edges = values * 50e-6
-    writer.append_raw(CountBlock(first_bin=first, counts=values.astype(np.uint32), opening_edge_s=edges))
+    closing = (first + 1000) * 50e-6
+    writer.append_raw(CountBlock(first, values.astype(np.uint32), opening_edge_s=edges, closing_edge_s=closing))
     writer.append(values.astype(np.float64), edges)
 os.kill(os.getpid(), getattr(signal, "SIGKILL", signal.SIGTERM))
 """

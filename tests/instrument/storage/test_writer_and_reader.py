@@ -20,8 +20,8 @@ COUNTS = np.arange(48, dtype=np.float64)
 
 def block(values: Floats, first: int = 0) -> CountBlock:
     """Counts as a counter with edge times hands them over, one every 50 us."""
-    edges = np.arange(first, first + len(values), dtype=np.float64) * 50e-6
-    return CountBlock(first_bin=first, counts=values.astype(np.uint32), opening_edge_s=edges)
+    edges = np.arange(first, first + len(values) + 1, dtype=np.float64) * 50e-6
+    return CountBlock(first, values.astype(np.uint32), opening_edge_s=edges[:-1], closing_edge_s=float(edges[-1]))
 
 
 def write_whole(path: Path) -> None:

@@ -338,16 +338,7 @@ def edge_list(edges: Edges) -> tuple[list[float], list[int], bool]:
 def test_before_anything_is_shown_there_are_no_edges_yet() -> None:
     bench = bench_with()
     assert edge_list(bench.edges(0, 1e9)) == ([], [], False)
-    assert bench.next_edge_s(0.0) is None
     assert bench.shown_until_s == 0.0
-
-
-def test_the_next_edge_is_the_one_after_now() -> None:
-    bench = bench_with()
-    show(bench, [all_on()], start_s=1.0)
-    assert bench.next_edge_s(0.0) == 1.0
-    assert bench.next_edge_s(1.0) == 1.0 + PICTURE_S
-    assert bench.next_edge_s(1.0 + PICTURE_S) is None
 
 
 def test_after_a_halt_there_are_no_edges_and_the_run_is_over() -> None:
@@ -358,7 +349,6 @@ def test_after_a_halt_there_are_no_edges_and_the_run_is_over() -> None:
     bench.clock.advance_to(1.0)
     bench.dark()
     assert edge_list(bench.edges(0, 9.0)) == ([0.0, PICTURE_S, 2 * PICTURE_S], [0, 1, 2], True)
-    assert bench.next_edge_s(2.4 * PICTURE_S) is None
     assert bench.shown_until_s == 2.5 * PICTURE_S
 
 

@@ -191,8 +191,8 @@ def test_when_it_breaks_it_first_hands_over_all_that_is_good(fault: str, error: 
 @pytest.mark.parametrize(
     ("settings", "run", "words"),
     [
-        ({"max_sync_rate_hz": 1e4}, RUN, "sync edges 5e-05 s apart; expected at least 0.0001 s"),
-        ({"max_bins": 9}, RUN, "a run of 10 bins; expected at most 9"),
+        ({"max_sync_rate_hz": 1e4}, RUN, "20000 sync edges a second; expected at most 10000"),
+        ({"max_bins": 9}, RUN, "a run of 10 patterns; expected at most 9 patterns a run"),
     ],
 )
 def test_a_run_beyond_its_limits_is_refused(settings: dict[str, object], run: CounterRun, words: str) -> None:

@@ -87,7 +87,7 @@ def test_the_first_edge_comes_a_moment_after_the_start() -> None:
     device = plugin.open(ModulatorSettings(), BenchContext(clock=bench.clock, scene=bench))
     device.load(sequence(2), TIMING)
     device.start()
-    assert bench.next_edge_s(0.0) == pytest.approx(1e-4)
+    assert bench.edges(0, 1.0).time_s[0] == pytest.approx(1e-4)
 
 
 def test_every_stored_pattern_is_reported() -> None:
@@ -100,7 +100,7 @@ def test_every_stored_pattern_is_reported() -> None:
     ("settings", "timing", "error", "words"),
     [
         ({"unique_patterns": 1}, TIMING, PatternMemoryFull, "2 unique patterns; expected at most 1"),
-        ({"play_order_entries": 10}, TIMING, PatternMemoryFull, "11 play order entries; expected at most 10"),
+        ({"play_order_entries": 10}, TIMING, PatternMemoryFull, "11 pictures in the play order; expected at most 10"),
         ({}, ModulatorTiming(picture_time_us=43), PictureTimeTooShort, "43 us; expected at least 44 us"),
         ({}, ModulatorTiming(picture_time_us=10_000_001), PlanError, "at most 10000000 us"),
         ({}, ModulatorTiming(picture_time_us=50, sync_width_us=50), PlanError, "shorter than the picture time"),

@@ -7,7 +7,7 @@ import numpy as np
 
 from protocols import Bytes
 from sim_backends.bench import OpticalBench, SceneSettings
-from sim_backends.wire.alp import AlpLibrary, AlpSettings, Board
+from sim_backends.wire.alp import AlpEmulatorSettings, AlpLibrary, EmulatedAlpBoard
 
 
 class Client:
@@ -15,7 +15,7 @@ class Client:
 
     def __init__(self, bench: OpticalBench | None = None, **settings: Any) -> None:
         self.bench = bench or OpticalBench(SceneSettings())
-        self.library = AlpLibrary(Board(AlpSettings.model_validate(settings), self.bench))
+        self.library = AlpLibrary(EmulatedAlpBoard(AlpEmulatorSettings.model_validate(settings), self.bench))
 
     def __call__(self, function: str, *arguments: object) -> int:
         code: int = getattr(self.library, function)(*arguments)

@@ -5,7 +5,7 @@ import pytest
 from pydantic import ValidationError
 
 from sim_backends.bench import VirtualClock
-from sim_backends.wire.alp import AlpSettings
+from sim_backends.wire.alp import AlpEmulatorSettings
 from sim_backends.wire.alp.codes import FUNCTIONS
 from sim_backends.wire.alp.library import SIGNATURES
 from tests.sim_backends.wire.alp.client import Client, packed
@@ -129,4 +129,4 @@ def test_a_fault_at_a_function_that_does_not_exist_is_refused() -> None:
     """A misspelt name would be a fault that never strikes."""
     assert set(SIGNATURES) == FUNCTIONS
     with pytest.raises(ValidationError, match="AlpProjStart"):
-        AlpSettings.model_validate({"faults": [{"kind": "unplug", "at": "AlpProjBegin"}]})
+        AlpEmulatorSettings.model_validate({"faults": [{"kind": "unplug", "at": "AlpProjBegin"}]})

@@ -7,7 +7,7 @@ import pytest
 
 from protocols import BenchContext, InputError
 from sim_backends.bench import OpticalBench, SceneSettings
-from sim_backends.wire.alp import AlpSettings
+from sim_backends.wire.alp import AlpEmulatorSettings
 from sim_backends.wire.alp.library import AlpLibrary
 from sim_backends.wire.alp.plugin import plugin
 from tests.sim_backends.wire.alp.client import Client, packed
@@ -220,8 +220,8 @@ def test_upload_takes_the_time_of_the_usb_line() -> None:
 def test_the_plugin_gives_the_function_table_on_the_scene() -> None:
     """It stands on the optical bench of the context, and says so where there is none."""
     bench = OpticalBench(SceneSettings())
-    library = plugin.open(AlpSettings(), BenchContext(clock=bench.clock, scene=bench))
+    library = plugin.open(AlpEmulatorSettings(), BenchContext(clock=bench.clock, scene=bench))
     assert isinstance(library, AlpLibrary)
     assert library.board.bench is bench
     with pytest.raises(InputError, match=r"\[scene\]"):
-        plugin.open(AlpSettings(), BenchContext())
+        plugin.open(AlpEmulatorSettings(), BenchContext())

@@ -151,8 +151,7 @@ def test_synch_delay_puts_the_edge_before_the_picture_and_low_polarity_its_end()
         assert alp("AlpDevControl", device, 2004, polarity) == 0
         assert alp("AlpProjStart", device, sequence) == 0
         assert screen.shown[-1].sync_delay_s * 1e6 == pytest.approx(delay_us)
-        first_edge_s = screen.next_edge_s(0.0)
-        assert first_edge_s is not None
+        first_edge_s = float(screen.edges(0, 1.0).time_s[0])
         assert (screen.shown[-1].start_s - first_edge_s) * 1e6 == pytest.approx(delay_us)
 
 

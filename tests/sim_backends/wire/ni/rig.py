@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from protocols import BenchContext
 from sim_backends.bench import OpticalBench
-from sim_backends.wire.ni import NiSettings, open_emulator
+from sim_backends.wire.ni import NiEmulatorSettings, open_emulator
 from tests.sim_backends.projector import all_on, bench_with, pixel, show
 
 nidaqmx: Any = pytest.importorskip("nidaqmx")
@@ -82,7 +82,9 @@ class Rig:
 def ni_rig(*, scene: dict[str, object] | None = None, **settings: object) -> Generator[Rig]:
     """Open a bench and a board."""
     bench = bench_with(**({"object": "disc", "noise": PHOTONS} | (scene or {})))
-    options: Any = open_emulator(NiSettings.model_validate(settings), BenchContext(clock=bench.clock, scene=bench))
+    options: Any = open_emulator(
+        NiEmulatorSettings.model_validate(settings), BenchContext(clock=bench.clock, scene=bench)
+    )
     with options, ExitStack() as stack:
         yield Rig(bench, options, stack)
 

@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from protocols import BenchContext, DriverUnavailable, InputError
-from sim_backends.wire.ni import NiSettings, open_emulator, plugin
+from sim_backends.wire.ni import NiEmulatorSettings, open_emulator, plugin
 from tests.sim_backends.projector import bench_with
 from tests.sim_backends.wire.ni.rig import (
     CONTINUOUS,
@@ -152,13 +152,13 @@ def test_what_is_set_is_told_and_reset() -> None:
 def test_a_scene_that_counts_no_photons_is_refused_with_what_to_write() -> None:
     bench = bench_with(noise={"kind": "none"})
     with pytest.raises(InputError, match=r'choose noise = \{ kind = "poisson" \}'):
-        plugin.open(NiSettings(), BenchContext(scene=bench))
+        plugin.open(NiEmulatorSettings(), BenchContext(scene=bench))
 
 
 def test_without_nidaqmx_the_plugin_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "sim_backends.wire.ni.emulator", None)
     with pytest.raises(DriverUnavailable, match=r"install kinopix\[ni\]"):
-        open_emulator(NiSettings(), BenchContext(scene=bench_with(noise=PHOTONS)))
+        open_emulator(NiEmulatorSettings(), BenchContext(scene=bench_with(noise=PHOTONS)))
 
 
 def test_closing_twice_is_allowed() -> None:

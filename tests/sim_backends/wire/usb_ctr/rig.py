@@ -10,7 +10,7 @@ import pytest
 
 from protocols import BenchContext
 from sim_backends.bench import OpticalBench
-from sim_backends.wire.usb_ctr import UsbCtrBackend, UsbCtrSettings, open_emulator
+from sim_backends.wire.usb_ctr import UsbCtrBackend, UsbCtrEmulatorSettings, open_emulator
 from tests.sim_backends.projector import all_on, bench_with, pixel, show
 
 PHOTONS = {"kind": "poisson", "peak_counts": 250.0, "seed": 3}
@@ -28,7 +28,7 @@ class Rig:
 
     def __init__(self, *, scene: dict[str, object] | None = None, loaded: bool = True, **settings: object) -> None:
         self.bench: OpticalBench = bench_with(**({"object": "disc", "noise": PHOTONS} | (scene or {})))
-        chosen = UsbCtrSettings.model_validate({"fpga_configured": loaded} | settings)
+        chosen = UsbCtrEmulatorSettings.model_validate({"fpga_configured": loaded} | settings)
         self.backend: UsbCtrBackend = open_emulator(chosen, BenchContext(clock=self.bench.clock, scene=self.bench))
         self.device: Any = find(idVendor=0x09DB, backend=self.backend)
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from protocols import BenchContext, CounterRun, InputError
 from sim_backends.devices.counter import CounterSettings, open_counter
-from sim_backends.wire.usb_ctr import UsbCtrSettings, plugin
+from sim_backends.wire.usb_ctr import UsbCtrEmulatorSettings, plugin
 from tests.sim_backends.projector import PICTURE_S, bench_with
 from tests.sim_backends.wire.usb_ctr.rig import NO_DEVICE, OVERFLOW, PHOTONS, STALL, TIMEOUT, Rig, errno_of
 
@@ -321,7 +321,7 @@ def test_in_whatever_pieces_it_is_read_no_word_is_lost_or_doubled(
 
 def test_a_scene_that_counts_no_photons_is_refused() -> None:
     with pytest.raises(InputError, match=r'choose noise = \{ kind = "poisson" \}'):
-        plugin.open(UsbCtrSettings(), BenchContext(scene=bench_with(noise={"kind": "pixel"})))
+        plugin.open(UsbCtrEmulatorSettings(), BenchContext(scene=bench_with(noise={"kind": "pixel"})))
 
 
 def test_counts_are_those_of_the_simulated_counter() -> None:

@@ -4,7 +4,7 @@ from typing import Any
 
 from sim_backends.bench import VirtualClock
 from sim_backends.wire.zolix import (
-    Controller,
+    EmulatedController,
     EmulatedPort,
     Mc600Settings,
     Sc300Settings,
@@ -16,10 +16,10 @@ from sim_backends.wire.zolix import (
 class Host:
     """A port of 60 simulated seconds' patience."""
 
-    def __init__(self, controller: Controller) -> None:
+    def __init__(self, controller: EmulatedController) -> None:
         self.controller = controller
         self.clock = controller.clock
-        self.port = EmulatedPort(lambda _: controller, "emulated", baudrate=19_200, timeout=60.0)
+        self.port = EmulatedPort(controller, "emulated", baudrate=19_200, timeout=60.0)
 
     def ask(self, sent: bytes) -> bytes:
         """Send bytes; give the next line, or what came in a second if none did."""

@@ -191,21 +191,6 @@ def test_a_limit_switch_ends_the_move_there() -> None:
     assert host.line() == b"X 1.000,OK\r"
 
 
-@pytest.mark.parametrize(("keeps_position", "called"), [(False, b"0.000"), (True, b"2.000")])
-def test_a_power_cycle_leaves_the_carriage_and_forgets_the_rest(keeps_position: bool, called: bytes) -> None:  # noqa: FBT001
-    """At 2 mm; the speed is that of a new box, and no line of the interrupted move comes."""
-    host = mc600(keeps_position=keeps_position)
-    host.ask(b"SetSpeed X,1\r")
-    host.ask(b"GoPosition X,O,A,P,2\r")
-    assert host.line() == b"X 2.000,OK\r"
-    host.ask(b"GoPosition Y,O,A,P,2\r")
-    host.controller.power_cycle()
-    assert host.rest() == b""
-    assert host.ask(b"Position? X\r") == b"POSITION? X," + called + b",OK\r"
-    assert host.ask(b"SetSpeed? X\r") == b"SETSPEED? X,5.000,OK\r"
-    assert float(host.controller.true_position_mm(_at(host.clock.now_s()))[0]) == 2.0
-
-
 def test_habits_that_nobody_knows_are_settings() -> None:
     """Echo, a silent stop, another error token, EEPROM time, a strict line feed."""
     assert mc600(echo=True).ask(b"Hello\r") == b"Hello\r"

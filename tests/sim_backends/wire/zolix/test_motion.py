@@ -41,12 +41,12 @@ def test_an_initial_speed_shortens_the_ramps(distance_mm: float, duration_s: flo
 
 def test_cruise_lags_constant_velocity_by_6_25_mm() -> None:
     """v^2 / 2a = 6.25 mm, ramp time 0.5 s (5.1)."""
-    way = Trapezoid(100, Rates(25, 0, 50)).way(np.array([0.5, 2.0]))
-    np.testing.assert_allclose(way, [6.25, 2.0 * 25 - 6.25])
+    travelled = Trapezoid(100, Rates(25, 0, 50)).travelled(np.array([0.5, 2.0]))
+    np.testing.assert_allclose(travelled, [6.25, 2.0 * 25 - 6.25])
 
 
 @given(
-    distance=st.floats(-400, 400).filter(lambda way: abs(way) > 1e-3),
+    distance=st.floats(-400, 400).filter(lambda asked: abs(asked) > 1e-3),
     velocity=st.floats(0.5, 50),
     initial=st.floats(0, 60),
     part=st.floats(-0.2, 1.2),
@@ -57,8 +57,8 @@ def test_a_move_is_that_of_the_framework(distance: float, velocity: float, initi
     profile = MotionProfile(velocity_mm_s=velocity, initial_velocity_mm_s=min(initial, velocity), acceleration_mm_s2=50)
     assert mine.duration_s == pytest.approx(profile.duration_s(distance), rel=1e-9)
     elapsed_s = part * mine.duration_s
-    way = float(mine.way(np.array([elapsed_s]))[0])
-    assert way == pytest.approx(profile.travelled_mm(distance, elapsed_s), abs=1e-8)
+    travelled = float(mine.travelled(np.array([elapsed_s]))[0])
+    assert travelled == pytest.approx(profile.travelled_mm(distance, elapsed_s), abs=1e-8)
 
 
 def test_a_lead_of_4_mm_gives_400_pulses_a_millimetre() -> None:
@@ -157,12 +157,12 @@ def test_a_homing_that_was_stopped_has_not_homed() -> None:
     assert (axis.homed, axis.reported(9.0), axis.carriage.now(9.0)) == (False, -100, 200)
 
 
-@given(way=st.floats(0.01, 99.9))
-def test_a_cut_motion_has_gone_just_so_far(way: float) -> None:
-    """Bisection finds the moment for any way."""
-    cut = cut_at(Trapezoid(-100, Rates(25, 1, 50)), way)
+@given(distance=st.floats(0.01, 99.9))
+def test_a_cut_motion_has_gone_just_so_far(distance: float) -> None:
+    """Bisection finds the moment for any distance."""
+    cut = cut_at(Trapezoid(-100, Rates(25, 1, 50)), distance)
     assert isinstance(cut, Cut)
-    assert float(cut.way(np.array([1e9]))[0]) == pytest.approx(-way, abs=1e-6)
+    assert float(cut.travelled(np.array([1e9]))[0]) == pytest.approx(-distance, abs=1e-6)
 
 
 def test_a_path_forgets_what_an_interruption_cancels() -> None:

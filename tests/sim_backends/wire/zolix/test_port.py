@@ -1,4 +1,4 @@
-"""The port, its URLs, the pseudo-terminal and the plug-ins."""
+"""The port and the plug-ins."""
 
 import hypothesis.strategies as st
 import numpy as np
@@ -7,15 +7,12 @@ import serial
 from hypothesis import given
 
 from protocols import BenchContext, InputError
-from sim_backends.bench import OpticalBench, RealTimeClock, SceneSettings, VirtualClock
+from sim_backends.bench import OpticalBench, RealTimeClock, SceneSettings
 from sim_backends.wire.zolix import (
     EmulatedPort,
     Mc600Settings,
     Sc300Settings,
     mc600_controller,
-    publish,
-    register_urls,
-    serve_pty,
 )
 from sim_backends.wire.zolix.plugin import mc600 as mc600_plugin
 from sim_backends.wire.zolix.plugin import sc300 as sc300_plugin
@@ -105,48 +102,10 @@ def test_no_bytes_break_a_box(noise: bytes) -> None:
         assert host.ask(asked) == answer
 
 
-def test_urls_open_boxes_of_their_own() -> None:
-    """Settings are the query; pyserial's own keywords work; a mistake is a SerialException that names it."""
-    register_urls()
-    register_urls()
-    with serial.serial_for_url("kinopix-mc600://?unit=s", timeout=1.0, baudrate=19_200) as port:
-        port.write(b"GoPosition X,O,R,P,40\r")
-        assert port.read(6) == b"READY\r"
-        assert port.read_until(b"\r") == b"X 40.0,OK\r"
-    with serial.serial_for_url("kinopix-sc300://", timeout=1.0, baudrate=19_200) as port:
-        port.write(b"VE\r")
-        assert port.read_until(b"\r") == b"SC300_V1.0\r"
-    with pytest.raises(serial.SerialException, match="lead_inch"):
-        serial.serial_for_url("kinopix-mc600://?lead_inch=1")
-    with pytest.raises(serial.SerialException, match="nobody"):
-        serial.serial_for_url("kinopix-mc600://nobody")
-
-
-def test_a_published_box_shares_its_clock() -> None:
-    """The URL reaches the same controller, in the same time."""
-    register_urls()
-    controller = mc600_controller(Mc600Settings(), VirtualClock())
-    with publish("stage", controller), serial.serial_for_url("kinopix-mc600://stage", timeout=1.0) as port:
-        assert port.read(1) == b""
-    assert controller.clock.now_s() == pytest.approx(1.0)
-
-
-def test_a_pseudo_terminal_serves_any_serial_program() -> None:
-    """The own port of pyserial on the device path, in real time."""
-    controller = mc600_controller(Mc600Settings(), RealTimeClock())
-    with serve_pty(controller) as path, serial.Serial(path, 19_200, timeout=5.0) as port:
-        port.write(b"Hello\r")
-        assert port.read(3) == b"OK\r"
-        port.write(b"GoPosition X,O,R,P,0.01\r")
-        assert port.read(17) == b"READY\rX 0.010,OK\r"
-    with pytest.raises(InputError, match="realtime"), serve_pty(mc600_controller(Mc600Settings(), VirtualClock())):
-        pass
-
-
 def test_a_real_time_port_sees_what_another_thread_sends() -> None:
     """A read on a clock that waits looks again before its timeout."""
     controller = mc600_controller(Mc600Settings(), RealTimeClock())
-    port = EmulatedPort(lambda _: controller, "emulated", baudrate=19_200, timeout=5.0)
+    port = EmulatedPort(controller, "emulated", baudrate=19_200, timeout=5.0)
     port.write(b"Hello\r")
     assert port.read(3) == b"OK\r"
     assert controller.clock.now_s() < 4.0

@@ -1,1 +1,0 @@
-"""Zolix KA400Z linear stage on the Zolix MC600 and SC300 controllers, over a serial line."""

@@ -1,0 +1,61 @@
+"""H10682 on a National Instruments counter board.
+
+Two buffered edge counts share the modulator's sync as sample clock: one counts photons, the other an onboard timebase, so
+every sync edge has a hardware time. Both run continuously, so surplus edges are seen. Fact sheet h10682-daq, sections 2, 4.
+"""
+
+from drivers.h10682.counter import H10682Counter
+from drivers.h10682.detector import NAME, counter_limits
+from drivers.ni.errors import NiFault, typed_error
+from drivers.ni.run import NiRun
+from drivers.ni.settings import NiSettings
+from drivers.ni.tasks import NiBoardFacts, NiSystem
+from protocols import Clock, CounterLimits, DeviceIdentity, DeviceRefused
+
+
+def ni_counter(settings: NiSettings, system: NiSystem, clock: Clock, *, simulated: bool = False) -> H10682Counter:
+    """Ask the board who it is and whether it can count on an external clock, and give the counter on it.
+
+    The board's two counters are reserved, configured and started by ``arm``, and freed by ``disarm``.
+
+    Raises:
+        DriverUnavailable: no such board.
+        DeviceRefused: the board cannot do buffered edge counting.
+    """
+    try:
+        board = system.board(settings.device)
+        version = system.version
+    except NiFault as fault:
+        raise typed_error(fault, device=NAME) from fault
+    _check_board(board)
+    identity = DeviceIdentity(
+        name=NAME,
+        vendor="NI",
+        model=f"{board.product} with {settings.head.model}",
+        serial=board.serial,
+        driver=version,
+        simulated=simulated or board.simulated,
+    )
+    return H10682Counter(identity, _limits(settings), lambda run: NiRun(run, settings, system, clock))
+
+
+def _limits(settings: NiSettings) -> CounterLimits:
+    return counter_limits(
+        settings.head,
+        counter_dead_time_s=settings.counter_dead_time_s,
+        max_sync_rate_hz=settings.max_sync_rate_hz,
+        edge_time_resolution_s=1 / settings.timebase_hz if settings.edge_counter else None,
+    )
+
+
+def _check_board(board: NiBoardFacts) -> None:
+    if not board.sample_clocked_counting or board.counter_bits != 32:
+        raise DeviceRefused(
+            NAME,
+            code="ci_samp_clk_supported, ci_max_size",
+            saw=f"a {board.product} with {board.counter_bits}-bit counters, "
+            + ("sampled" if board.sample_clocked_counting else "which cannot be sampled")
+            + " by a clock",
+            expected="32-bit counters with a sample clock",
+            remedy="use a board that has them, such as one of the X series",
+        )

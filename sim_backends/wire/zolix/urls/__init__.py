@@ -1,1 +1,0 @@
-"""Handlers that pyserial finds by module name, one a URL scheme."""

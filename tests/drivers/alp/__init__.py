@@ -1,0 +1,1 @@
+"""Tests of the ALP driver, on a scripted function table."""

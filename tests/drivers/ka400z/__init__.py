@@ -1,1 +1,0 @@
-"""Tests of the KA400Z driver against scripted ports."""

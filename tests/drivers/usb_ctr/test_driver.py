@@ -1,0 +1,394 @@
+"""The USB-CTR driver as its manual page: requests sent, answers given, nothing left over."""
+
+import errno
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drivers.h10682.counter import H10682Counter
+from drivers.usb_ctr.board import UsbCtrBoard, typed_error
+from drivers.usb_ctr.driver import usb_ctr_counter
+from drivers.usb_ctr.pipe import UsbFault
+from drivers.usb_ctr.self_test import self_test
+from drivers.usb_ctr.settings import EdgeTimer, UsbCtrSettings
+from protocols import (
+    CounterOverrun,
+    CounterRun,
+    DeviceBusy,
+    DeviceDisconnected,
+    DeviceError,
+    DeviceRefused,
+    DeviceTimeout,
+    DriverUnavailable,
+    InputError,
+    KinopixError,
+    PhotonCounter,
+    PlanError,
+    ProtocolViolation,
+    TimingFault,
+    WrongState,
+)
+from tests.drivers.h10682.clock import ScriptClock
+from tests.drivers.usb_ctr.script import COUNT, DONE, END, OPEN, OVERRUN, START, STOP, WELL, Line, ScriptedPipe
+
+RUN = CounterRun(n_bins=3, period_s=50e-6, latency_s=150e-6)
+UNPLUGGED = UsbFault("No such device", errno.ENODEV)
+STALL = UsbFault("Pipe error", errno.EPIPE)
+
+
+def counter(
+    script: list[Line], *packets: bytes | UsbFault, settings: UsbCtrSettings | None = None
+) -> tuple[H10682Counter, ScriptedPipe]:
+    pipe = ScriptedPipe([*OPEN, *script], list(packets))
+    return usb_ctr_counter(settings or UsbCtrSettings(), UsbCtrBoard(pipe), ScriptClock()), pipe
+
+
+def words(*counts: int) -> list[bytes]:
+    return [count.to_bytes(2, "little") for count in counts]
+
+
+def test_a_whole_run_is_these_requests_and_drops_the_sample_of_the_first_edge() -> None:
+    device, pipe = counter([COUNT, *START, WELL, *END], *words(99, 5, 0, 7))
+    assert isinstance(device, PhotonCounter)
+    device.arm(RUN)
+    block = device.read(1.0)
+    assert block.first_bin == 0
+    assert block.counts.tolist() == [5, 0, 7]
+    assert block.opening_edge_s is None
+    report = device.disarm()
+    assert (report.bins_closed, report.edges_seen) == (3, 4)
+    assert pipe.script == []
+    assert pipe.packets == []
+
+
+def test_the_identity_has_model_serial_and_fpga_version() -> None:
+    device, _ = counter([])
+    assert (device.identity.model, device.identity.serial, device.identity.firmware) == (
+        "USB-CTR04 with H10682-210",
+        "01234567",
+        "FPGA 01.02",
+    )
+
+
+def test_surplus_edges_are_counted_and_their_bins_kept_back() -> None:
+    device, pipe = counter([COUNT, *START, WELL, *END], *words(99, 5, 0, 7), *words(1, 1))
+    device.arm(RUN)
+    assert device.read(1.0).counts.tolist() == [5, 0, 7]
+    assert len(device.read(1.0)) == 0
+    assert device.disarm().edges_seen == 6
+    assert pipe.packets == []
+
+
+def test_a_run_without_an_edge_gives_empty_blocks_and_sees_none() -> None:
+    device, _ = counter([COUNT, *START, *[WELL] * 3, *END])
+    device.arm(RUN)
+    assert len(device.read(300e-6)) == 0
+    assert device.disarm().edges_seen == 0
+
+
+def test_a_board_that_samples_at_its_start_too_has_two_samples_before_the_first_bin() -> None:
+    device, _ = counter([COUNT, *START, WELL, *END], *words(0, 99, 5, 0), settings=UsbCtrSettings(first_samples=2))
+    device.arm(RUN)
+    assert device.read(1.0).counts.tolist() == [5, 0]
+    assert device.disarm().edges_seen == 3
+
+
+TIMED = UsbCtrSettings(edge_timer=EdgeTimer(timer=1, counter=1, period_ticks=9))
+TIMED_RUN: list[Line] = [
+    COUNT,
+    ("18 0 1 0001000010", None),
+    ("2d 0 1 09000000" + "00" * 12, None),
+    ("28 1 1", None),
+    ("22 0 0", None),
+    ("20 0 1 0001" + "00" * 31, None),
+    ("clear halt 86", None),
+    ("23 0 0", None),
+    ("21 0 0 " + "00" * 12 + "01" + "00", None),
+    WELL,
+    WELL,
+    *STOP,
+    ("28 0 1", None),
+]
+
+
+def test_a_timer_on_a_second_counter_times_the_edges() -> None:
+    samples = [bytes.fromhex(s) for s in ("6300 0100", "0500 e001", "0000 c003", "0700 e001")]
+    device, pipe = counter(TIMED_RUN, *samples, settings=TIMED)
+    device.arm(RUN)
+    block = device.read(1.0)
+    assert block.counts.tolist() == [5, 0, 7]
+    assert block.opening_edge_s is not None
+    assert block.opening_edge_s.tolist() == pytest.approx([0.0, 50e-6, 150e-6])
+    assert block.closing_edge_s == pytest.approx(200e-6)
+    assert device.limits.edge_time_resolution_s == pytest.approx(104.17e-9, rel=1e-4)
+    device.disarm()
+    assert pipe.script == []
+
+
+def test_a_timer_that_does_not_tick_is_a_timing_fault_and_no_count_is_lost() -> None:
+    """Counts 5 and 8 came, the wire of the timer does not: edges a whole pattern apart without a tick between."""
+    samples = [bytes.fromhex(s) for s in ("6300 0100", "0500 0000", "0800 0000")]
+    device, pipe = counter(TIMED_RUN, *samples, settings=TIMED)
+    device.arm(RUN)
+    block = device.read(1.0)
+    assert (block.counts.tolist(), block.opening_edge_s) == ([5, 8], None)
+    with pytest.raises(TimingFault, match=r"without a tick of the edge timer.*480 ticks a pattern.*wire the timer"):
+        device.read(1.0)
+    device.disarm()
+    assert pipe.script == []
+
+
+def test_long_bins_are_counted_in_32_bits() -> None:
+    start = list(START)
+    start[1] = ("20 0 1 0008" + "00" * 31, None)
+    start[4] = ("21 0 0 " + "00" * 12 + "01" + "00", None)
+    device, _ = counter([COUNT, *start, WELL, *END], *[bytes.fromhex(s) for s in ("0000 0000", "0100 0200")])
+    device.arm(CounterRun(n_bins=1, period_s=0.01))
+    assert device.read(1.0).counts.tolist() == [0x20001]
+
+
+def test_an_overrun_comes_after_all_that_was_still_on_the_board() -> None:
+    device, _ = counter([COUNT, *START, OVERRUN, OVERRUN, *STOP], *words(99, 5), b"", *words(6))
+    device.arm(RUN)
+    assert device.read(1.0).counts.tolist() == [5, 6]
+    with pytest.raises(CounterOverrun, match=r"status bit 2 \(overrun\) after 3 samples"):
+        device.read(1.0)
+    report = device.disarm()
+    assert report.bins_closed == 2
+    assert report.edges_seen is None
+    assert "broke off" in report.notes[1]
+
+
+def test_a_halted_endpoint_is_an_overrun_where_the_status_says_so() -> None:
+    device, _ = counter([COUNT, *START, OVERRUN, OVERRUN, *STOP], *words(99, 5), STALL)
+    device.arm(RUN)
+    assert device.read(1.0).counts.tolist() == [5]
+    with pytest.raises(CounterOverrun):
+        device.read(1.0)
+    device.disarm()
+
+
+def test_a_scan_that_ends_by_itself_is_a_timing_fault() -> None:
+    device, _ = counter([COUNT, *START, DONE, *END])
+    device.arm(RUN)
+    with pytest.raises(TimingFault, match="status bit 0x40"):
+        device.read(1.0)
+    device.disarm()
+
+
+def test_the_other_scan_done_bit_is_a_setting() -> None:
+    script: list[Line] = [COUNT, *START, DONE, DONE, *END]
+    device, _ = counter(script, settings=UsbCtrSettings(scan_done_mask=0x20))
+    device.arm(RUN)
+    assert len(device.read(100e-6)) == 0
+    device.disarm()
+
+
+def test_a_board_that_is_pulled_out_gives_its_last_bins_first() -> None:
+    gone: Line = ("40 0 0", UNPLUGGED)
+    device, _ = counter([COUNT, *START, gone, gone, ("22 0 0", UNPLUGGED)], *words(99, 5), UNPLUGGED)
+    device.arm(RUN)
+    assert device.read(1.0).counts.tolist() == [5]
+    with pytest.raises(DeviceDisconnected, match="USB cable"):
+        device.read(1.0)
+    report = device.disarm()
+    assert report.edges_seen is None
+    assert any("while disarming" in note for note in report.notes)
+
+
+def test_a_torn_packet_is_refused_and_its_whole_samples_are_kept() -> None:
+    device, _ = counter([COUNT, *START, WELL, *END], *words(99), bytes.fromhex("0500 06"), *words(7))
+    device.arm(RUN)
+    assert device.read(1.0).counts.tolist() == [5]
+    with pytest.raises(ProtocolViolation, match="a packet of 3 bytes"):
+        device.read(1.0)
+    device.disarm()
+
+
+def test_an_arming_that_fails_stops_the_board_and_may_be_tried_again() -> None:
+    refused: list[Line] = [COUNT, START[0], (START[1][0], STALL), *STOP]
+    device, pipe = counter([*refused, COUNT, *START, *END])
+    with pytest.raises(DeviceRefused, match=r"SCAN_CONFIG \(0x20\).*code stall"):
+        device.arm(RUN)
+    device.arm(RUN)
+    device.disarm()
+    assert pipe.script == []
+
+
+def test_the_life_cycle_is_kept() -> None:
+    device, pipe = counter([COUNT, *START, *END])
+    with device:
+        with pytest.raises(WrongState, match="not armed"):
+            device.read(1.0)
+        assert device.disarm().bins_closed == 0
+        device.arm(RUN)
+        with pytest.raises(WrongState, match="disarm it first"):
+            device.arm(RUN)
+    assert pipe.closed
+    assert pipe.script == []
+    with pytest.raises(WrongState, match="closed"):
+        device.arm(RUN)
+
+
+def test_a_rate_above_single_packet_mode_is_refused_before_a_byte_is_sent() -> None:
+    device, _ = counter([])
+    with pytest.raises(PlanError, match="at most 100000"):
+        device.arm(CounterRun(n_bins=3, period_s=9e-6))
+
+
+@pytest.mark.parametrize("settings", [UsbCtrSettings(counter=4), UsbCtrSettings(counter=1, edge_timer=EdgeTimer())])
+def test_counters_that_the_board_does_not_have_are_refused(settings: UsbCtrSettings) -> None:
+    with pytest.raises(InputError, match="from 0 to 3 on a USB-CTR04"):
+        counter([], settings=settings)
+
+
+# --- FPGA --------------------------------------------------------------------------------------------------------------
+
+NO_FPGA: Line = ("40 0 0", b"\x00\x00")
+
+
+def board(*script: Line) -> UsbCtrBoard:
+    return UsbCtrBoard(ScriptedPipe([OPEN[0], *script]))
+
+
+def test_a_configured_fpga_is_left_alone() -> None:
+    board(WELL).ensure_fpga(None)
+
+
+def test_the_image_is_sent_after_the_unlock_byte_and_the_status_asked_again(tmp_path: Path) -> None:
+    image = tmp_path / "usb-ctr.rbf"
+    image.write_bytes(bytes(65))
+    loading: list[Line] = [("50 0 0 ad", None), ("51 0 0 " + "00" * 64, None), ("51 0 0 00", None)]
+    board(NO_FPGA, *loading, WELL).ensure_fpga(image)
+    with pytest.raises(DeviceRefused, match="0x0200"):
+        board(NO_FPGA, *loading, ("40 0 0", b"\x00\x02")).ensure_fpga(image)
+
+
+def test_a_board_without_its_image_says_where_to_get_it() -> None:
+    with pytest.raises(DriverUnavailable, match="fpga_image"):
+        board(NO_FPGA).ensure_fpga(None)
+
+
+def test_an_image_that_cannot_be_read_or_is_empty_is_a_wrong_input(tmp_path: Path) -> None:
+    empty = tmp_path / "empty.rbf"
+    empty.touch()
+    for path, why in ((empty, "an empty file"), (tmp_path / "none.rbf", "No such file")):
+        with pytest.raises(InputError, match=why):
+            board(NO_FPGA).ensure_fpga(path)
+
+
+def test_a_short_answer_is_a_protocol_violation() -> None:
+    with pytest.raises(ProtocolViolation, match=r"1 bytes in answer to STATUS \(0x40\), 2 expected"):
+        board(("40 0 0", b"\x00")).status()
+
+
+# --- errors and the self-test ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("number", "kind"),
+    [
+        (errno.ENODEV, DeviceDisconnected),
+        (errno.EIO, DeviceDisconnected),
+        (errno.EACCES, DriverUnavailable),
+        (errno.EBUSY, DeviceBusy),
+        (errno.EPIPE, DeviceRefused),
+        (errno.ETIMEDOUT, DeviceTimeout),
+        (None, DriverUnavailable),
+        (errno.EOVERFLOW, DeviceError),
+    ],
+)
+def test_each_usb_error_is_a_typed_error(number: int | None, kind: type[KinopixError]) -> None:
+    assert type(typed_error(UsbFault("it failed", number), "STATUS")) is kind
+
+
+def loopback(code: str, during: bytes, after: bytes) -> list[Line]:
+    start = list(START)
+    start[4] = (
+        "21 0 0 64000000" + "00000000" + "7f250000" + "0000",
+        None,
+    )
+    return [(f"18 0 0 00010000{code}", None), *start, ("40 0 0", during), ("40 0 0", after)]
+
+
+def test_the_self_test_finds_the_code_that_counts_and_the_bit_of_an_ended_scan() -> None:
+    script: list[Line] = [
+        ("2d 0 2 09000000" + "00" * 12, None),
+        ("28 1 2", None),
+        *loopback("10", during=b"\x02\x01", after=b"\x40\x01"),
+        *loopback("00", during=b"\x02\x01", after=b"\x40\x01"),
+        *STOP,
+        ("28 0 2", None),
+    ]
+    pipe = ScriptedPipe([OPEN[0], *script], [*words(3, *[960] * 99), *words(0, *[0] * 99)])
+    result = self_test(UsbCtrBoard(pipe), ScriptClock(), counter=0, timer=2)
+    assert result.mean_counts == {16: 960.0, 0: 0.0}
+    assert result.codes_that_count == (16,)
+    assert result.scan_done_masks == (0x40,)
+    assert pipe.script == []
+
+
+def test_a_self_test_without_samples_times_out_and_stops_the_timer() -> None:
+    script: list[Line] = [
+        ("2d 0 0 09000000" + "00" * 12, None),
+        ("28 1 0", None),
+        *loopback("10", during=b"\x02\x01", after=b"\x40\x01")[:-1],
+        *STOP,
+        ("28 0 0", None),
+    ]
+    pipe = ScriptedPipe([OPEN[0], *script], list(words(1, 2)))
+    with pytest.raises(DeviceTimeout, match=r"2 samples after 0\.03 s"):
+        self_test(UsbCtrBoard(pipe), ScriptClock(), counter=0, timer=0)
+    assert pipe.script == []
+
+
+# --- whatever the bus brings -------------------------------------------------------------------------------------------
+
+
+class LooseBoard(ScriptedPipe):
+    """Answers every status request with ``status`` and takes every other request."""
+
+    status: bytes = b"\x02\x01"
+
+    def ask(self, command: int, value: int, index: int, n_bytes: int) -> bytes:
+        return {0x40: self.status, 0x48: b"01234567", 0x52: b"\x02\x01"}[command]
+
+    def tell(self, command: int, value: int, index: int, data: bytes) -> None:
+        """Take it."""
+
+    def clear_halt(self) -> None:
+        """Do it."""
+
+
+@given(
+    st.lists(st.one_of(st.binary(max_size=6), st.sampled_from([UNPLUGGED, STALL])), max_size=20),
+    st.sampled_from([b"\x02\x01", b"\x06\x01", b"\x42\x01"]),
+)
+def test_whatever_packets_come_the_good_ones_are_handed_over_and_reading_ends(
+    packets: list[bytes | UsbFault], status: bytes
+) -> None:
+    pipe = LooseBoard([], list(packets))
+    pipe.status = status
+    device = usb_ctr_counter(UsbCtrSettings(), UsbCtrBoard(pipe), ScriptClock())
+    device.arm(CounterRun(n_bins=5, period_s=50e-6, latency_s=150e-6))
+    got: list[int] = []
+    try:
+        for _ in range(30):
+            block = device.read(300e-6)
+            assert block.first_bin == len(got)
+            got += block.counts.tolist()
+    except KinopixError as error:
+        assert isinstance(error, CounterOverrun | TimingFault | ProtocolViolation | DeviceError)  # noqa: PT017
+    good = b""
+    for packet in packets:
+        if isinstance(packet, UsbFault):
+            break
+        good += packet[: len(packet) // 2 * 2]
+        if len(packet) % 2:
+            break
+    expected = [int.from_bytes(good[at : at + 2], "little") for at in range(2, len(good), 2)][:5]
+    assert got == expected[: len(got)]
+    assert got == expected or status != b"\x02\x01"
+    assert device.disarm().bins_closed == len(got)

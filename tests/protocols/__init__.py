@@ -1,0 +1,1 @@
+"""Tests of the values that all devices share: what they refuse, and what their errors say."""
