@@ -10,7 +10,7 @@ from typing import Self
 import numpy as np
 
 from instrument.acquisition import AlignedBlock, CheckReport, Devices, Outcome, acquire, check_plan, prepare
-from instrument.config.bench import OnAbort, load_bench
+from instrument.config import OnAbort, load_bench
 from instrument.opening import open_bench
 from instrument.plan import Plan
 from instrument.recording import Recording

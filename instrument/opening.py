@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from instrument.acquisition import Devices
-from instrument.config.bench import ResolvedBench, ResolvedDevice
+from instrument.config import ResolvedBench, ResolvedDevice
 from protocols import BenchContext, Clock, MonotonicClock, Scene
 
 

@@ -20,7 +20,7 @@ from instrument.config import (
     DEFAULT_SCHEME,
     ConfigError,
     SchemeSettings,
-    check_table,
+    validate_table,
     read_document,
     scheme_problems,
     settings_of,
@@ -156,7 +156,7 @@ class Plan(Frozen):
         document = read_document(Path(path))
         problems = scheme_problems(document)
         values = {key: value for key, value in document.values.items() if key != "scheme" or not problems}
-        plan, others = check_table(cls, values, document)
+        plan, others = validate_table(cls, values, document)
         of_scheme = type(settings_of(DEFAULT_SCHEME)).model_fields
         problems += [
             replace(other, suggestion="move it into a [scheme] table") if other.key in of_scheme else other

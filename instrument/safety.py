@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from instrument.acquisition import Devices
-from instrument.config.bench import OnAbort
+from instrument.config import OnAbort
 from protocols import Motion, SafeStateFailed
 
 

@@ -1,7 +1,10 @@
 """``python -m kinopix``: the command."""
 
-import kinopix as _kinopix  # claims the packages' names  # noqa: F401
-from instrument.cli import main
+from kinopix.own_packages import claim_packages
+
+claim_packages()
+
+from instrument.cli import main  # noqa: E402 - the name instrument must be claimed before
 
 if __name__ == "__main__":
     main()

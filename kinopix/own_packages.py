@@ -1,8 +1,8 @@
 """Kinopix's own top-level packages stay its own, whatever lies beside a lab's script.
 
-``protocols``, ``drivers``, ``sim_backends`` and ``instrument`` are plain words. A lab that keeps a ``protocols.py`` beside its script
-would have Python import that one, as the script's folder comes first. A finder in front of all others therefore looks for
-these four where Kinopix is installed.
+``protocols``, ``drivers``, ``sim_backends`` and ``instrument`` are plain words. A lab that keeps a ``protocols.py`` beside its
+script would have Python import that one, as the script's folder comes first. A finder in front of all others therefore looks
+for these four where Kinopix is installed.
 """
 
 import sys
@@ -39,8 +39,8 @@ def claim_packages() -> None:
         place = getattr(loaded, "__file__", None)
         if loaded is not None and (place is None or _HOME not in Path(place).resolve().parents):
             raise ImportError(
-                f"kinopix: saw a module {name!r} of another origin ({place}), imported before; expected the package {name!r} that "
-                f"Kinopix brings. To do: import kinopix first, or rename your module."
+                f"kinopix: saw a module {name!r} of another origin ({place}), imported before; expected the package "
+                f"{name!r} that Kinopix brings. To do: import kinopix first, or rename your module."
             )
     if not any(finder is _Finder for finder in sys.meta_path):
         sys.meta_path.insert(0, _Finder)

@@ -4,7 +4,7 @@ from instrument.acquisition.alignment import AlignedBlock, Aligner
 from instrument.acquisition.audit import TimingAudit
 from instrument.acquisition.checks import Check, CheckReport, check_plan
 from instrument.acquisition.run import Devices, Outcome, Sink, acquire, prepare
-from instrument.recording.timing import TimingReport
+from instrument.recording import TimingReport
 
 __all__ = [
     "AlignedBlock",

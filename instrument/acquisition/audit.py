@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 
 from instrument.acquisition.alignment import AlignedBlock
-from instrument.recording.timing import TimingReport
+from instrument.recording import TimingReport
 from protocols import CounterReport, Floats, Mask
 
 JITTER_WARNING: Final = 0.001

@@ -7,7 +7,7 @@ from typing import Final, Protocol
 from instrument.acquisition.alignment import AlignedBlock, Aligner
 from instrument.acquisition.audit import TimingAudit
 from instrument.plan import Plan
-from instrument.recording.timing import TimingReport
+from instrument.recording import TimingReport
 from protocols import (
     Clock,
     CountBlock,

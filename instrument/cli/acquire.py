@@ -14,8 +14,7 @@ from instrument.instrument import Instrument
 from instrument.live import LiveAnalysis
 from instrument.plan import Plan
 from instrument.recording import Recording
-from instrument.views.live import LiveView
-from instrument.views.terminal import OUT, check_table, progress, timing_table, warn
+from instrument.views import OUT, LiveView, check_table, progress, timing_table, warn
 
 OnBlock: TypeAlias = Callable[[AlignedBlock], None]
 

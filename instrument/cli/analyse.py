@@ -1,16 +1,20 @@
-"""``kinopix analyse``: follow the object, reconstruct its image, write both into the recording, draw the pictures."""
+"""``kinopix analyse``: follow the object, reconstruct its image, write both into the recording, draw the pictures.
+
+What the analysis stands on is loaded when it begins, so that ``--help`` and mistakes are answered at once.
+"""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from instrument.analysis import Analysis, Tracking, analyse, recording_to_analyse, store
+from instrument.choices import Method, Tracking
 from instrument.cli.options import JsonOption, print_json
-from instrument.reconstruction import Method
-from instrument.recording import Recording
-from instrument.views.pictures import picture_folder, write_pictures
-from instrument.views.terminal import OUT, figures_table, progress, warn
+from instrument.views import OUT, figures_table, progress, warn
+
+if TYPE_CHECKING:
+    from instrument.analysis import Analysis
+    from instrument.recording import Recording
 
 
 def analyse_file(
@@ -31,9 +35,12 @@ def analyse_file(
     as_json: JsonOption = False,
 ) -> None:
     """Track and reconstruct a recording; write /entry/analysis into it, pictures beside it, and print the figures."""
+    from instrument.analysis import recording_to_analyse, store
+    from instrument.views import picture_folder, write_pictures
+
+    recording = recording_to_analyse(file, background)
     if not no_pictures:
         picture_folder(pictures or file.parent)  # asked before the work, not after
-    recording = recording_to_analyse(file, background)
     analysis = analysed(recording.first(frames) if frames else recording, tracking, method)
     store(file, recording, analysis)
     drawn = [] if no_pictures else write_pictures(analysis, pictures or file.parent, file.stem)
@@ -45,12 +52,14 @@ def analyse_file(
         OUT.print(f"drawn {path}", soft_wrap=True)
 
 
-def analysed(recording: Recording, tracking: Tracking, method: Method) -> Analysis:
+def analysed(recording: "Recording", tracking: Tracking, method: Method) -> "Analysis":
     """Analyse with a progress bar, and say what is not as it should be.
 
     Raises:
         InputError: no usable frame.
     """
+    from instrument.analysis import analyse
+
     masked = int((~recording.frame_valid).sum())
     if 0 < masked < len(recording):
         warn(f"{masked} of {len(recording)} frames are masked by the timing audit and left out")

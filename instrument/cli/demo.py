@@ -7,14 +7,12 @@ from typing import Annotated
 
 import typer
 
-from instrument.analysis import store
 from instrument.cli.acquire import record
 from instrument.cli.analyse import analysed
 from instrument.cli.options import JsonOption, OverwriteOption, print_json
 from instrument.plan import Plan
 from instrument.storage import refuse_existing
-from instrument.views.pictures import picture_folder, write_pictures
-from instrument.views.terminal import OUT, figures_table
+from instrument.views import OUT, figures_table
 
 
 def demo(
@@ -24,6 +22,9 @@ def demo(
     as_json: JsonOption = False,
 ) -> None:
     """Run a simulated bench and analyse it: a letter moves past one detector, and comes out sharp."""
+    from instrument.analysis import store
+    from instrument.views import picture_folder, write_pictures
+
     picture_folder(out)
     run_h5 = out / "run.h5"
     refuse_existing(run_h5, overwrite=overwrite)

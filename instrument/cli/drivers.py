@@ -5,8 +5,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from instrument.cli.options import JsonOption, print_json
-from instrument.config.discovery import list_plugins
-from instrument.views.terminal import OUT, progress
+from instrument.views import OUT, progress
 
 app = typer.Typer(help="List drivers, transports and scenes; look for devices.", invoke_without_command=True)
 
@@ -16,6 +15,8 @@ def listing(context: typer.Context, as_json: JsonOption = False) -> None:
     """List every installed driver, transport and scene, with what is missing to use it."""
     if context.invoked_subcommand:
         return
+    from instrument.config import list_plugins
+
     lines = list_plugins()
     if as_json:
         rows: list[dict[str, object]] = [
@@ -51,6 +52,8 @@ def listing(context: typer.Context, as_json: JsonOption = False) -> None:
 @app.command()
 def probe() -> None:
     """Look for devices on this machine. Asks nothing that could move a stage or show a pattern."""
+    from instrument.config import list_plugins
+
     found = 0
     with progress() as bars:
         task = bars.add_task("looking")

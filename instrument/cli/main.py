@@ -8,8 +8,6 @@ from typing import Annotated
 import typer
 
 from instrument.cli import acquire, analyse, demo, drivers
-from instrument.views.terminal import show_error
-from protocols import InputError, KinopixError
 
 app = typer.Typer(
     help="Single-pixel imaging of moving objects: run the bench, follow the object, see it sharp.",
@@ -54,33 +52,13 @@ def status(arguments: list[str] | None = None) -> int:
     """Run the command and give its exit code."""
     try:
         app(arguments)
-    except KinopixError as error:
-        show_error(error)
-        return error.exit_code
-    except (OSError, MemoryError) as error:
-        known = _in_words(error)
-        show_error(known)
-        return known.exit_code
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else int(end.code is not None)
+    except Exception as error:
+        from instrument.cli.failure import exit_code_of
+
+        code = exit_code_of(error)
+        if code is None:
+            raise
+        return code
     return 0
-
-
-def _in_words(error: OSError | MemoryError) -> KinopixError:
-    """What the machine refused, as an error of ours; the notes, which say what was kept, go along."""
-    known: KinopixError
-    if isinstance(error, MemoryError):
-        known = InputError(
-            saw=f"more memory asked for than this machine has ({error})",
-            expected="a run that fits into memory",
-            remedy="lower frames or image_size in plan.toml",
-        )
-    else:
-        known = KinopixError(
-            saw=f"the operating system refuse: {error}",
-            expected="files and folders that can be read and written",
-            remedy="check the room on the disk and the permissions",
-        )
-    for note in getattr(error, "__notes__", ()):
-        known.add_note(note)
-    return known

@@ -5,7 +5,6 @@ from typing import Annotated, TypeAlias
 
 import typer
 
-from instrument.storage.json_text import json_text
 
 BenchOption: TypeAlias = Annotated[Path, typer.Option("--bench", help="bench.toml: which drivers, and their settings.")]
 PlanOption: TypeAlias = Annotated[
@@ -17,4 +16,6 @@ OverwriteOption: TypeAlias = Annotated[bool, typer.Option("--overwrite", help="R
 
 def print_json(figures: dict[str, object]) -> None:
     """Print figures as JSON to standard output; those that are not finite as null."""
+    from instrument.storage import json_text
+
     typer.echo(json_text(figures, indent=2))

@@ -1,7 +1,7 @@
 """TOML files into checked models, and plug-ins by name."""
 
 from instrument.config.bench import BenchConfig, OnAbort, Resolved, ResolvedBench, ResolvedDevice, load_bench
-from instrument.config.check import check_table
+from instrument.config.check import validate_table
 from instrument.config.discovery import (
     InstalledPlugin,
     PluginBroken,
@@ -40,7 +40,7 @@ __all__ = [
     "ResolvedDevice",
     "SchemePlugin",
     "SchemeSettings",
-    "check_table",
+    "validate_table",
     "find_plugin",
     "installed_plugins",
     "list_plugins",

@@ -7,7 +7,7 @@ from typing import Any, Generic, Literal, TypeAlias, TypeVar
 
 from pydantic import BaseModel, ConfigDict, PositiveFloat, ValidationError
 
-from instrument.config.check import check_table
+from instrument.config.check import validate_table
 from instrument.config.discovery import (
     InstalledPlugin,
     Plugin,
@@ -160,7 +160,7 @@ def load_bench(path: str | Path) -> ResolvedBench:
             settings.
     """
     document = read_document(Path(path))
-    config, problems = check_table(BenchConfig, document.values, document)
+    config, problems = validate_table(BenchConfig, document.values, document)
     search = _Search(document, problems)
     modulator = search.device("modulator", DeviceTable)
     counter = search.device("counter", DeviceTable)
@@ -249,7 +249,7 @@ class _Search:
     def settings(
         self, model: type[BaseModel], table: AnyTable, where: KeyPath, reserved: tuple[str, ...] = ()
     ) -> BaseModel | None:
-        settings, problems = check_table(model, dict(table.model_extra or {}), self.document, where, reserved)
+        settings, problems = validate_table(model, dict(table.model_extra or {}), self.document, where, reserved)
         self.problems.extend(problems)
         return settings
 

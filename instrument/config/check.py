@@ -26,7 +26,7 @@ _IN_TOML = {
 }
 
 
-def check_table(
+def validate_table(
     model: type[ModelT],
     values: dict[str, Any],
     document: Document,

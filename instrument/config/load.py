@@ -5,7 +5,7 @@ from typing import TypeVar
 
 from pydantic import BaseModel
 
-from instrument.config.check import check_table
+from instrument.config.check import validate_table
 from instrument.config.document import read_document
 from instrument.config.errors import ConfigError
 
@@ -20,7 +20,7 @@ def load_model(model: type[ModelT], path: Path) -> ModelT:
             was seen, what was expected and, where one is near, what was probably meant.
     """
     document = read_document(path)
-    value, problems = check_table(model, document.values, document)
+    value, problems = validate_table(model, document.values, document)
     if value is None:
         raise ConfigError(path, problems)
     return value

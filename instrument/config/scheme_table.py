@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Generic, TypeVar, cast
 
 from pydantic import field_validator
 
-from instrument.config.check import check_table
+from instrument.config.check import validate_table
 from instrument.config.discovery import PluginBroken, PluginMissing, find_plugin, register_plugin_type
 from instrument.config.document import Document
 from instrument.config.errors import Problem
@@ -113,5 +113,5 @@ def scheme_problems(document: Document) -> list[Problem]:
         return [Problem(document.path, line, ".".join(where), error.saw, error.expected, error.remedy)]
     if not as_table:
         return []
-    _, problems = check_table(model, {"name": name, **values}, document, ("scheme",))
+    _, problems = validate_table(model, {"name": name, **values}, document, ("scheme",))
     return problems

@@ -6,8 +6,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from instrument.plan import Plan
-from instrument.recording import Recording
-from instrument.recording.timing import TimingReport
+from instrument.recording import Recording, TimingReport
 from instrument.storage import layout
 from instrument.storage.hdf5 import HDF5_ERRORS, Group, is_hdf5, open_to_read
 from instrument.storage.layout import unusable

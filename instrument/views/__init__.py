@@ -1,6 +1,8 @@
-"""What a person looks at: figures as PNG, tables and progress in the terminal."""
+"""What a person looks at: figures as PNG, tables and progress in the terminal.
 
-from instrument.views.plots import error_figure, image_figure, save, timing_figure, trajectory_figure
-from instrument.views.summary import summary_figure
+The names are listed in ``__init__.pyi``; each is loaded when it is first used, so that a table loads no plotting.
+"""
 
-__all__ = ["error_figure", "image_figure", "save", "summary_figure", "timing_figure", "trajectory_figure"]
+import lazy_loader as _lazy
+
+__getattr__, __dir__, __all__ = _lazy.attach_stub(__name__, __file__)

@@ -1,15 +1,17 @@
 """Tables, messages and progress bars in the terminal."""
 
 from collections.abc import Iterable, Mapping
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from instrument.acquisition import CheckReport, TimingReport
-from protocols import KinopixError
+if TYPE_CHECKING:  # only named in signatures: a table loads no numpy
+    from instrument.acquisition import CheckReport
+    from instrument.recording import TimingReport
+    from protocols import KinopixError
 
 OUT: Final = Console(highlight=False)
 """Figures and tables: standard output."""
@@ -43,7 +45,7 @@ def figures_table(title: str, figures: Mapping[str, str]) -> Table:
     return table
 
 
-def check_table(report: CheckReport) -> Table:
+def check_table(report: "CheckReport") -> Table:
     """Give one row for each check."""
     table = Table(title="Checks", title_justify="left")
     for column in ("what", "outcome", "figures"):
@@ -53,7 +55,7 @@ def check_table(report: CheckReport) -> Table:
     return table
 
 
-def timing_table(report: TimingReport) -> Table:
+def timing_table(report: "TimingReport") -> Table:
     """Give the audit as a person reads it."""
     rows = {
         "verdict": coloured(report.verdict),
@@ -77,7 +79,7 @@ def timing_table(report: TimingReport) -> Table:
     return figures_table("Timing audit", rows)
 
 
-def show_error(error: KinopixError) -> None:
+def show_error(error: "KinopixError") -> None:
     """Print one clear paragraph to standard error."""
     ERR.print(f"[bold red]kinopix:[/] {escape(str(error))}", soft_wrap=True)
     for note in getattr(error, "__notes__", ()):

@@ -1,0 +1,37 @@
+from .live import LiveView as LiveView
+from .pictures import picture_folder as picture_folder
+from .pictures import write_pictures as write_pictures
+from .plots import error_figure as error_figure
+from .plots import image_figure as image_figure
+from .plots import save as save
+from .plots import timing_figure as timing_figure
+from .plots import trajectory_figure as trajectory_figure
+from .summary import summary_figure as summary_figure
+from .terminal import ERR as ERR
+from .terminal import OUT as OUT
+from .terminal import check_table as check_table
+from .terminal import figures_table as figures_table
+from .terminal import progress as progress
+from .terminal import show_error as show_error
+from .terminal import timing_table as timing_table
+from .terminal import warn as warn
+
+__all__ = [
+    "ERR",
+    "OUT",
+    "LiveView",
+    "check_table",
+    "error_figure",
+    "figures_table",
+    "image_figure",
+    "picture_folder",
+    "progress",
+    "save",
+    "show_error",
+    "summary_figure",
+    "timing_figure",
+    "timing_table",
+    "trajectory_figure",
+    "warn",
+    "write_pictures",
+]
