@@ -20,10 +20,10 @@ from instrument.config import (
     DEFAULT_SCHEME,
     ConfigError,
     SchemeSettings,
-    validate_table,
     read_document,
     scheme_problems,
     settings_of,
+    validate_table,
 )
 from protocols import Frozen, MotionProfile, PixelGrid
 

@@ -5,7 +5,6 @@ from typing import Annotated, TypeAlias
 
 import typer
 
-
 BenchOption: TypeAlias = Annotated[Path, typer.Option("--bench", help="bench.toml: which drivers, and their settings.")]
 PlanOption: TypeAlias = Annotated[
     Path, typer.Option("--plan", help="plan.toml: what is shown, how fast, how it moves.")

@@ -40,7 +40,6 @@ __all__ = [
     "ResolvedDevice",
     "SchemePlugin",
     "SchemeSettings",
-    "validate_table",
     "find_plugin",
     "installed_plugins",
     "list_plugins",
@@ -50,4 +49,5 @@ __all__ = [
     "scheme_plugin",
     "scheme_problems",
     "settings_of",
+    "validate_table",
 ]
