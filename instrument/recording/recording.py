@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 
 from instrument.plan import Plan
-from instrument.recording import TimingReport
+from instrument.recording.timing import TimingReport
 from protocols import Floats, InputError, Mask, Truth
 
 
