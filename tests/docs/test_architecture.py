@@ -38,13 +38,22 @@ def test_the_arrows_of_the_page_are_the_imports_of_the_code(arrows_of_the_code: 
 
 def test_every_room_has_a_line_in_the_table(arrows_of_the_code: dict[str, set[str]]) -> None:
     table = PAGE.split("## The rooms of")[1].split("## Which room")[0]
-    named = {name for line in table.splitlines() if line.startswith("| `") for name in re.findall(r"`(\w+)`", line.split("|")[1])}
+    named = {
+        name
+        for line in table.splitlines()
+        if line.startswith("| `")
+        for name in re.findall(r"`(\w+)`", line.split("|")[1])
+    }
     assert named == set(arrows_of_the_code)
 
 
 def test_every_file_that_the_page_names_is_there() -> None:
     named = set(re.findall(r"`([\w/]+\.py)`", PAGE))
-    missing = [name for name in named if not any((ROOT / top / name).is_file() for top in ("", "instrument")) and not _in_a_room(name)]
+    missing = [
+        name
+        for name in named
+        if not any((ROOT / top / name).is_file() for top in ("", "instrument")) and not _in_a_room(name)
+    ]
     assert missing == []
 
 
