@@ -1,6 +1,7 @@
 """One measurement of a recording: its mask, its total light, what it says of the image."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from instrument.recording import Recording
 from protocols import Floats, InputError
 
 
-def _recording(values: Floats, **more: object) -> Recording:
+def _recording(values: Floats, **more: Any) -> Recording:
     return replace(
         Recording(
             plan=Plan(frames=len(values), image_size=16),

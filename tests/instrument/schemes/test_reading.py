@@ -122,12 +122,12 @@ def test_positions_in_mid_frame_undo_that_patterns_are_shown_one_after_the_other
         Column(role="hadamard", sign=-1),
     )
     reading = fourier_reading(columns, 64.0)
-    middle_px = 3.0 * np.arange(40)[:, None] * [1.0, 1.0]
+    middle_px = np.asarray(3.0 * np.arange(40)[:, None] * [1.0, 1.0], np.float64)
     values = np.zeros((40, 6))
     for axis in range(2):
         for k, column in enumerate(reading.columns[axis].tolist()):
             place_px = middle_px[:, axis] + 3.0 * reading.after_middle_frames[axis, k]
-            values[:, column] = 0.5 + 0.5 * np.cos(-2 * np.pi / 64 * place_px - columns[column].phase_rad)
+            values[:, column] = 0.5 + 0.5 * np.cos(-2 * np.pi / 64 * place_px - columns[int(column)].phase_rad)
     total = np.ones(40)
     light = Light(values, np.ones_like(values), total, 0 * total, np.ones(40, np.bool_), photon_counts=False)
     found = Observation.of(reading, light)
