@@ -1,6 +1,6 @@
 """TOML files into checked models, and plug-ins by name."""
 
-from instrument.config.bench import BenchConfig, OnAbort, Resolved, ResolvedBench, ResolvedDevice, load_bench
+from instrument.config.bench import BenchConfig, OnAbort, Resolved, ResolvedDevice, load_bench
 from instrument.config.discovery import (
     InstalledPlugin,
     PluginBroken,
@@ -25,7 +25,6 @@ __all__ = [
     "PluginMissing",
     "Problem",
     "Resolved",
-    "ResolvedBench",
     "ResolvedDevice",
     "find_plugin",
     "installed_plugins",
