@@ -4,10 +4,10 @@ A lab script needs `Instrument` and `Plan` to record, `track` and `reconstruct` 
 """
 
 from instrument.analysis import Analysis, analyse
-from instrument.instrument import Instrument
 from instrument.plan import MotionPlan, Plan
 from instrument.reconstruction import Reconstruction, reconstruct
 from instrument.recording import Recording
+from instrument.session import Instrument
 from instrument.storage import open_recording
 from instrument.tracking import Trajectory, track
 
