@@ -14,11 +14,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from instrument.acquisition import AlignedBlock
-from instrument.live import LiveAnalysis, LiveLine, LiveUpdate
+from instrument.live import LiveAnalysis, LiveLine
 from instrument.numerics import psnr
 from instrument.plan import Plan
 from instrument.recording import Recording
 from instrument.schemes import FourierHadamardSettings
+from instrument.session import BlockEvent, Channel, Event, FinishedEvent, ImageEvent, TrackingEvent
 from instrument.tracking import StreamingTracker
 from protocols import Floats, MonotonicClock
 from sim_backends.bench.objects import BUILT_INS
@@ -74,13 +75,14 @@ def tracking(recording: Recording) -> None:
 
 @dataclass
 class Watch:
-    """Notes when updates come."""
+    """Notes when the live analysis tells something."""
 
-    updates: list[tuple[float, LiveUpdate]] = field(default_factory=list[tuple[float, LiveUpdate]])
+    heard: list[tuple[float, Event]] = field(default_factory=list[tuple[float, Event]])
 
-    def __call__(self, update: LiveUpdate) -> None:
-        """Note an update."""
-        self.updates.append((time.perf_counter(), update))
+    def __call__(self, event: Event) -> None:
+        """Note what the live analysis tells."""
+        if isinstance(event, TrackingEvent | ImageEvent):
+            self.heard.append((time.perf_counter(), event))
 
 
 def real_time(recording: Recording) -> None:
@@ -89,15 +91,19 @@ def real_time(recording: Recording) -> None:
     assert truth is not None  # noqa: S101  (simulated)
     values = recording.values.ravel()
     patterns = round(BLOCK_S / recording.picture_time_s)
-    with LiveAnalysis(recording.plan, watch) as live:
-        clock.sleep_s(0.1)
-        start_s = time.perf_counter()
-        for first in range(0, len(values), patterns):
-            part = values[first : first + patterns]
-            clock.sleep_s(start_s + (first + len(part)) * recording.picture_time_s - time.perf_counter())
-            live.on_block(block(first, part))
-        ended_s = time.perf_counter()
-    made = [(at_s - start_s, update.image) for at_s, update in watch.updates if update.image is not None]
+    live, channel = LiveAnalysis(recording.plan), Channel()
+    channel.subscribe(watch)
+    channel.subscribe(live)
+    clock.sleep_s(0.1)
+    start_s = time.perf_counter()
+    for first in range(0, len(values), patterns):
+        part = values[first : first + patterns]
+        clock.sleep_s(start_s + (first + len(part)) * recording.picture_time_s - time.perf_counter())
+        channel.publish(BlockEvent.of(block(first, part)))
+    ended_s = time.perf_counter()
+    channel.publish(FinishedEvent(outcome="done"))
+    channel.join()
+    made = [(at_s - start_s, event.image) for at_s, event in watch.heard if isinstance(event, ImageEvent)]
     counters, run_s = live.counters, recording.plan.run_time_s
     print(f"live images: {counters.images / run_s:.0f} a second; skipped {counters.images_skipped}")
     print(f"frames followed: {counters.frames} of {len(recording)}; dropped {counters.frames_dropped}")
@@ -105,11 +111,10 @@ def real_time(recording: Recording) -> None:
         latest = [image for at_s, image in made if at_s <= moment_s]
         if latest:
             print(f"PSNR of the image on show after {moment_s} s: {psnr(latest[-1], truth.image):.1f} dB")
-    last_s, last = watch.updates[-1]
-    if last.image is not None:
-        print(
-            f"polished image: {psnr(last.image, truth.image):.1f} dB, {(last_s - ended_s) * 1e3:.0f} ms after the last frame"
-        )
+    if made:
+        last_s, last = made[-1]
+        late_ms = (last_s - (ended_s - start_s)) * 1e3
+        print(f"polished image: {psnr(last, truth.image):.1f} dB, {late_ms:.0f} ms after the last frame")
 
 
 def long_stream(minutes: float) -> None:
@@ -137,13 +142,16 @@ def hurried(recording: Recording) -> None:
     """What is dropped when thirty runs' worth of blocks come at once: all is counted."""
     plan = recording.plan.model_copy(update={"frames": 30 * len(recording)})
     values = recording.values.ravel()
-    with LiveAnalysis(plan, Watch()) as live:
-        for turn in range(30):
-            live.on_block(block(turn * len(values), values))
+    live, channel = LiveAnalysis(plan), Channel()
+    listening = channel.subscribe(live)
+    for turn in range(30):
+        channel.publish(BlockEvent.of(block(turn * len(values), values)))
+    channel.publish(FinishedEvent(outcome="done"))
+    channel.join()
     counters = live.counters
     print(
-        f"{plan.frames} frames at once: {counters.frames_dropped} dropped in {live.blocks_dropped} blocks, "
-        f"{counters.images_skipped} images skipped, error {live.error}"
+        f"{plan.frames} frames at once: {counters.frames_dropped} dropped in {listening.feed.blocks_dropped} blocks, "
+        f"{counters.images_skipped} images skipped, error {listening.error}"
     )
 
 

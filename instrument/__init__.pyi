@@ -2,7 +2,6 @@ from .analysis import Analysis as Analysis
 from .analysis import Figures as Figures
 from .analysis import analyse as analyse
 from .analysis import analyse_path as analyse_path
-from .instrument import Instrument as Instrument
 from .joint import Refined as Refined
 from .joint import refine as refine
 from .measurement import Measurement as Measurement
@@ -14,6 +13,9 @@ from .recording import Recording as Recording
 from .recording import TimingReport as TimingReport
 from .schemes import Scheme as Scheme
 from .schemes import scheme_of as scheme_of
+from .session import Instrument as Instrument
+from .session import Run as Run
+from .session import RunAborted as RunAborted
 from .storage import open_recording as open_recording
 from .tracking import StreamingTracker as StreamingTracker
 from .tracking import Trajectory as Trajectory
@@ -29,6 +31,8 @@ __all__ = [
     "Reconstruction",
     "Recording",
     "Refined",
+    "Run",
+    "RunAborted",
     "Scheme",
     "StreamingTracker",
     "TimingReport",

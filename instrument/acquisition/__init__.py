@@ -3,7 +3,8 @@
 from instrument.acquisition.alignment import AlignedBlock, Aligner
 from instrument.acquisition.audit import TimingAudit
 from instrument.acquisition.checks import Check, CheckReport, check_plan
-from instrument.acquisition.run import Devices, Outcome, Sink, acquire, prepare
+from instrument.acquisition.devices import Devices
+from instrument.acquisition.run import Host, Outcome, Phase, acquire, prepare
 from instrument.recording import TimingReport
 
 __all__ = [
@@ -12,8 +13,9 @@ __all__ = [
     "Check",
     "CheckReport",
     "Devices",
+    "Host",
     "Outcome",
-    "Sink",
+    "Phase",
     "TimingAudit",
     "TimingReport",
     "acquire",

@@ -5,7 +5,7 @@ Hardware edge times tell where: the step from edge to edge is a whole number of 
 edge and not from the start, so that the few ppm between the modulator's crystal and the counter's never add up to a pattern.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -44,20 +44,25 @@ class AlignedBlock:
     irregular: Integers
     """Patterns whose length is off by more than a quarter period, though no edge is missing."""
 
+    beyond: int = 0
+    """Bins past the last pattern of the run, which have no place and are left out."""
+
 
 _NONE = np.zeros(0, np.int64)
 
 
 class Aligner:
-    """Gives each bin its pattern, block after block."""
+    """Gives each bin its pattern, block after block, until the run has all its patterns."""
 
-    def __init__(self, period_s: float) -> None:
+    def __init__(self, period_s: float, patterns: int) -> None:
         """Start at pattern 0.
 
         Args:
             period_s: picture time, as the modulator keeps it.
+            patterns: patterns in the run; what comes after them is counted and left out.
         """
         self._period_s = period_s
+        self._patterns = patterns
         self._next = 0
         self._bins = 0
         self._opened_s: float | None = None  # opening edge of a pattern that surplus edges have split so far
@@ -68,7 +73,7 @@ class Aligner:
     @property
     def patterns(self) -> int:
         """Patterns placed so far."""
-        return self._next
+        return min(self._next, self._patterns)
 
     def place(self, block: CountBlock) -> AlignedBlock:
         """Place the bins of the next block.
@@ -84,6 +89,27 @@ class Aligner:
         if block.first_bin != self._bins:
             raise _out_of_step(block, self._bins)
         self._bins += len(block)
+        return self._within_run(self._placed(block))
+
+    def _within_run(self, placed: AlignedBlock) -> AlignedBlock:
+        first = min(placed.first_pattern, self._patterns)
+        room = self._patterns - first
+        beyond = len(placed.values) - room
+        if beyond <= 0:
+            return placed
+        return replace(
+            placed,
+            first_pattern=first,
+            values=placed.values[:room],
+            valid=placed.valid[:room],
+            edge_time_s=None if placed.edge_time_s is None else placed.edge_time_s[:room],
+            gaps=placed.gaps[placed.gaps < self._patterns],
+            doubles=placed.doubles[placed.doubles < self._patterns],
+            irregular=placed.irregular[placed.irregular < self._patterns],
+            beyond=beyond,
+        )
+
+    def _placed(self, block: CountBlock) -> AlignedBlock:
         counts = block.counts.astype(np.float64)
         if block.opening_edge_s is None or block.closing_edge_s is None or not len(block):
             return self._in_order(block, counts)

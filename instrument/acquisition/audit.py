@@ -15,6 +15,7 @@ CLOCK_WARNING_PPM: Final = 100.0
 """Offset between the mean period and the picture time above which a note is made: another picture time, or a bad crystal."""
 
 _LISTED: Final = 1000  # indices kept of each kind: a broken cable makes one gap a pattern
+_NOTES: Final = 50  # notes kept of a counter: a bad cable may give it one for each packet
 
 
 class TimingAudit:
@@ -49,15 +50,16 @@ class TimingAudit:
         self._extremes = (np.inf, -np.inf)
         self._brightest = 0.0
         self._nonlinear = 0
+        self._photons = False
 
     def see(self, block: AlignedBlock, *, bins: int, photon_counts: bool) -> None:
         """Take in the next block; ``bins`` is how many bins it was made of."""
-        end = min(block.first_pattern + len(block.values), self._patterns)
-        self._beyond += block.first_pattern + len(block.values) - max(end, block.first_pattern)
+        end = block.first_pattern + len(block.values)
+        self._beyond += block.beyond
         self._light += float(np.nansum(block.values))
-        kept = max(0, end - block.first_pattern)
-        self._valid[block.first_pattern : end] = block.valid[:kept]
+        self._valid[block.first_pattern : end] = block.valid
         self._recorded, self._bins = end, self._bins + bins
+        self._photons = photon_counts
         for name, where in (("gaps", block.gaps), ("doubles", block.doubles), ("irregular", block.irregular)):
             room = _LISTED - len(self._found[name])
             self._found[name].extend(int(k) for k in where[:room])
@@ -94,49 +96,39 @@ class TimingAudit:
         """Mask every frame: ``why`` says what may be wrong with any of them."""
         self._doubts.append(why)
 
-    def frame_valid(self) -> Mask:
-        """``(frames,)``: whether each frame recorded so far is good; one that was begun and not ended is not."""
+    def frame_valid(self, counter: CounterReport) -> Mask:
+        """``(frames,)``: whether each frame recorded so far is good; one that was begun and not ended is not.
+
+        Args:
+            counter: what the counter told when it was disarmed.
+        """
         frames = -(-self._recorded // self._per_frame)
-        if self._doubts:
+        if self._all_doubts(counter):
             return np.zeros(frames, bool)
         return np.asarray(self._valid[: frames * self._per_frame].reshape(frames, self._per_frame).all(axis=1), bool)
 
-    def report(self, counter: CounterReport, *, photon_counts: bool) -> TimingReport:
-        """Close the audit."""
+    def report(self, counter: CounterReport) -> TimingReport:
+        """Give the audit of what was seen so far. Asking changes nothing.
+
+        Args:
+            counter: what the counter told when it was disarmed.
+        """
         timed = self.timed
         mean = self._sum / self._steps if timed else 0.0
         jitter = float(np.sqrt(max(0.0, self._sum_squares / self._steps - mean**2))) if timed else None
         offset_ppm = mean / self._period_s * 1e6 if timed else None
-        located = len(self._found["gaps"]) + len(self._found["irregular"])
-        flagged = located + len(self._found["doubles"])
         complete = self._recorded >= self._patterns
-        surplus = None
-        if counter.edges_seen is not None:
-            surplus = max(0, counter.edges_seen - 1 - (self._bins - self._beyond))
-        if counter.shifted:
-            self.distrust("the counter's bins may have shifted against the edges")
-        if complete and surplus and not timed:
-            self.distrust(f"{surplus} surplus sync edges and no edge times to tell when they came")
-        if photon_counts and self._recorded and not self._light:
-            self.distrust("not one photon in the whole run: look at the light, the head's supply and the photon cable")
         frames = self._recorded // self._per_frame
-        valid = self.frame_valid()[:frames]
-        notes = [*counter.notes, *(f"no frame can be trusted: {doubt}" for doubt in self._doubts)]
-        if jitter is not None and jitter > JITTER_WARNING * self._period_s:
-            notes.append(f"edge jitter is {jitter * 1e9:.0f} ns: values should be divided by their own bin's length")
-        if offset_ppm is not None and abs(offset_ppm) > CLOCK_WARNING_PPM:
-            notes.append(f"the counter measures a period {offset_ppm:+.0f} ppm off the modulator's picture time")
-        if surplus and complete and timed:
-            notes.append(f"{surplus} sync edges after the run: something else triggers on the sync line")
-        if self._nonlinear:
-            notes.append(f"{self._nonlinear} patterns above {self._limit_hz:.3g} counts/s: dim the light")
+        valid = self.frame_valid(counter)[:frames]
+        doubts = self._all_doubts(counter)
+        flagged = any(self._found.values()) or not valid.all()
         return TimingReport(
-            verdict="failed" if self._doubts or not complete else "flagged" if flagged or not valid.all() else "good",
+            verdict="failed" if doubts or not complete else "flagged" if flagged else "good",
             patterns_expected=self._patterns,
             patterns_recorded=self._recorded,
             bins_received=self._bins,
             edges_seen=counter.edges_seen,
-            surplus_edges=surplus,
+            surplus_edges=self._surplus(counter),
             picture_time_s=self._period_s,
             mean_period_s=self._period_s + mean if timed else None,
             jitter_s=jitter,
@@ -147,7 +139,46 @@ class TimingAudit:
             irregular=tuple(self._found["irregular"]),
             frames=frames,
             frames_masked=int(np.count_nonzero(~valid)),
-            brightest_rate_hz=self._brightest / self._period_s if photon_counts else None,
+            brightest_rate_hz=self._brightest / self._period_s if self._photons else None,
             nonlinear_patterns=self._nonlinear,
-            notes=tuple(notes),
+            notes=tuple(self._notes(counter, doubts, jitter, offset_ppm)),
         )
+
+    def _surplus(self, counter: CounterReport) -> int | None:
+        """Sync edges that belong to no bin of the run; None where the counter cannot tell."""
+        if counter.edges_seen is None:
+            return None
+        return max(0, counter.edges_seen - 1 - (self._bins - self._beyond))
+
+    def _all_doubts(self, counter: CounterReport) -> list[str]:
+        """What makes every frame doubtful: what was told before, and what the whole run shows."""
+        doubts = list(self._doubts)
+        surplus = self._surplus(counter)
+        if counter.shifted:
+            doubts.append("the counter's bins may have shifted against the edges")
+        if self._recorded >= self._patterns and surplus and not self.timed:
+            doubts.append(f"{surplus} surplus sync edges and no edge times to tell when they came")
+        if self._photons and self._recorded and not self._light:
+            doubts.append("not one photon in the whole run: look at the light, the head's supply and the photon cable")
+        return doubts
+
+    def _notes(
+        self, counter: CounterReport, doubts: list[str], jitter_s: float | None, offset_ppm: float | None
+    ) -> list[str]:
+        notes = list(counter.notes[:_NOTES])
+        if len(counter.notes) > _NOTES:
+            notes.append(f"{len(counter.notes) - _NOTES} more notes of the counter are left out")
+        notes += [f"no frame can be trusted: {doubt}" for doubt in doubts]
+        most_s = JITTER_WARNING * self._period_s
+        if jitter_s is not None and jitter_s > most_s:
+            notes.append(
+                f"edge jitter is {jitter_s * 1e9:.0f} ns, above {most_s * 1e9:.0f} ns: bins differ in length by that much"
+            )
+        if offset_ppm is not None and abs(offset_ppm) > CLOCK_WARNING_PPM:
+            notes.append(f"the counter measures a period {offset_ppm:+.0f} ppm off the modulator's picture time")
+        surplus = self._surplus(counter)
+        if surplus and self._recorded >= self._patterns and self.timed:
+            notes.append(f"{surplus} sync edges after the run: something else triggers on the sync line")
+        if self._nonlinear:
+            notes.append(f"{self._nonlinear} patterns above {self._limit_hz:.3g} counts/s: dim the light")
+        return notes

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, cast
 
 import numpy as np
 
@@ -41,6 +41,9 @@ class CheckReport:
 
     checks: tuple[Check, ...]
 
+    sequence: PatternSequence | None = None
+    """The patterns, which had to be built to be checked; None where the field or the play order is too large."""
+
     @property
     def ok(self) -> bool:
         """Whether nothing stands against the run."""
@@ -62,6 +65,15 @@ class CheckReport:
                 remedy="; ".join(dict.fromkeys(e.remedy for e in errors)),
             )
 
+    def passed(self) -> PatternSequence:
+        """Give the patterns of a plan that has passed.
+
+        Raises:
+            PlanError: what stands against the run.
+        """
+        self.raise_errors()
+        return cast("PatternSequence", self.sequence)  # only an error leaves it out
+
 
 def check_plan(
     plan: Plan,
@@ -82,16 +94,17 @@ def check_plan(
         stage: asked by its own ``check``, which moves nothing.
         px_per_mm: image scale, where the bench is calibrated.
     """
+    built = _built(plan, modulator, sequence)
     checks = [
         _picture_time(plan, modulator),
-        *_memory(plan, modulator, sequence),
+        *(_memory(built, modulator) if isinstance(built, PatternSequence) else [built]),
         _sync_rate(plan, counter),
         _count_rate(plan, counter),
         *_motion(plan, stage),
         _displacement(plan, px_per_mm),
         _run_length(plan, counter),
     ]
-    return CheckReport(tuple(checks))
+    return CheckReport(tuple(checks), built if isinstance(built, PatternSequence) else None)
 
 
 def _good(name: str, message: str) -> Check:
@@ -115,7 +128,8 @@ def _picture_time(plan: Plan, limits: ModulatorLimits) -> Check:
     return _good("picture time", f"{time_us} us, {1e6 / time_us:.0f} patterns/s; the modulator can do {shortest_us} us")
 
 
-def _memory(plan: Plan, limits: ModulatorLimits, sequence: Callable[[], PatternSequence]) -> list[Check]:
+def _built(plan: Plan, limits: ModulatorLimits, sequence: Callable[[], PatternSequence]) -> PatternSequence | Check:
+    """Give the patterns, or what forbids to build them."""
     grid = plan.grid(limits.columns, limits.rows)
     if not grid.fits:
         error = PlanError(
@@ -124,12 +138,16 @@ def _memory(plan: Plan, limits: ModulatorLimits, sequence: Callable[[], PatternS
             expected=f"at most {min(limits.columns, limits.rows)} mirrors a side",
             remedy="lower image_size or superpixel",
         )
-        return [_error("field", error)]
+        return _error("field", error)
     try:  # asked before the patterns are made: they might not fit into this computer
         limits.check_play_order(plan.patterns + 1, "modulator")
     except PlanError as error:
-        return [_error("memory", error)]
-    built = sequence()
+        return _error("memory", error)
+    return sequence()
+
+
+def _memory(built: PatternSequence, limits: ModulatorLimits) -> list[Check]:
+    grid = built.grid
     found = [_good("field", f"{grid.side_mirrors} x {grid.side_mirrors} of {grid.columns} x {grid.rows} mirrors")]
     for what, asked, room, check in (
         ("unique patterns", len(built.planes), limits.unique_patterns, limits.check_unique_patterns),

@@ -1,26 +1,23 @@
 """One run: load, arm, move, start, read until the last pattern, and tell what happened."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Final, Literal, Protocol, TypeAlias
 
 from instrument.acquisition.alignment import AlignedBlock, Aligner
 from instrument.acquisition.audit import TimingAudit
+from instrument.acquisition.devices import Devices
 from instrument.plan import Plan
 from instrument.recording import TimingReport
 from protocols import (
-    Clock,
     CountBlock,
     CounterReport,
     CounterRun,
     KinopixError,
-    LinearStage,
     Mask,
     ModulatorTiming,
     Motion,
     PatternModulator,
     PatternSequence,
-    PhotonCounter,
     TimingFault,
     TriggerMissed,
 )
@@ -34,25 +31,36 @@ STALL_PERIODS: Final = 100
 STALL_MARGIN_S: Final = 0.2
 """What the host's own scheduling and the USB may add to that."""
 
-
-@dataclass(frozen=True)
-class Devices:
-    """The three devices of a bench and the clock they share."""
-
-    modulator: PatternModulator
-    counter: PhotonCounter
-    stage: LinearStage
-    clock: Clock
+LONGEST_NAP_S: Final = 0.05
+"""How long the run-up is slept through without a look at whether the run is to end."""
 
 
-class Sink(Protocol):
-    """Where blocks go while the run goes on: the file first, then whoever looks on."""
+Phase: TypeAlias = Literal[
+    "uploading", "positioning", "arming", "running up", "counting", "coming to rest", "making safe", "storing"
+]
+"""What a run is about, in this order; ``making safe`` only where it broke off."""
+
+
+class Host(Protocol):
+    """Whoever a run is carried out for: stores its blocks, is told how it goes, and may end it."""
+
+    def phase(self, phase: Phase) -> None:
+        """Take note of what begins now. What it raises ends the run."""
+
+    def uploaded(self, stored: int, total: int) -> None:
+        """Take note of unique patterns stored. What it raises ends the run."""
 
     def raw(self, block: CountBlock) -> None:
         """Take a block as the counter gave it. Called before anything is done with it."""
 
     def placed(self, block: AlignedBlock) -> None:
         """Take the same block with its patterns in place."""
+
+    def checkpoint(self) -> None:
+        """Raise what is to end the run now. Called wherever the run can be ended."""
+
+    def broke(self) -> None:
+        """Stop what moves and shows, at once: the run broke. Called before the counter is disarmed; never raises."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +84,7 @@ def prepare(
     plan: Plan,
     sequence: PatternSequence,
     devices: Devices,
-    on_upload: Callable[[int, int], None] | None = None,
+    host: Host,
 ) -> ModulatorTiming:
     """Load the patterns and bring the stage to where its motion starts.
 
@@ -84,7 +92,7 @@ def prepare(
         plan: a plan that has passed its checks.
         sequence: its patterns, for the modulator's geometry.
         devices: open, and at rest.
-        on_upload: told of patterns stored and patterns in all.
+        host: told how it goes; may end it.
 
     Returns:
         The timing that the modulator will keep.
@@ -92,25 +100,29 @@ def prepare(
     Raises:
         KinopixError: the modulator refused to load, or the stage to move.
     """
-    timing = devices.modulator.load(sequence, ModulatorTiming(picture_time_us=plan.picture_time_us), on_upload)
+    host.phase("uploading")
+    timing = devices.modulator.load(sequence, ModulatorTiming(picture_time_us=plan.picture_time_us), host.uploaded)
     if plan.motion is not None:
-        devices.stage.move_to(plan.motion.start_mm, plan.motion.profile).wait()
+        host.phase("positioning")
+        moving = devices.stage.move_to(plan.motion.start_mm, plan.motion.profile)
+        host.checkpoint()
+        moving.wait()
     return timing
 
 
 def acquire(
-    plan: Plan, timing: ModulatorTiming, devices: Devices, sink: Sink, *, patterns: int, patterns_per_frame: int
+    plan: Plan, timing: ModulatorTiming, devices: Devices, host: Host, *, patterns: int, patterns_per_frame: int
 ) -> Outcome:
     """Carry out a plan that was prepared.
 
-    An error or an interrupt does not lose the run: it comes back as ``Outcome.error``, with the audit of what was recorded.
-    Making the devices safe afterwards is the caller's task.
+    Nothing is raised: whatever ends the run early comes back as ``Outcome.error``, with the audit of what was recorded. What
+    moves and shows is stopped first then (``Host.broke``). Making the devices safe for good is the caller's task.
 
     Args:
         plan: the run.
         timing: as ``prepare`` gave it.
         devices: prepared.
-        sink: gets every block as it comes.
+        host: gets every block as it comes; may end the run.
         patterns: in the play order, without the guard picture.
         patterns_per_frame: of the scheme.
     """
@@ -121,21 +133,22 @@ def acquire(
         picture_time_s=period_s,
         max_count_rate_hz=devices.counter.limits.max_count_rate_hz,
     )
-    reader = _Reader(devices, audit, sink, patterns, period_s)
+    reader = _Reader(devices, audit, host, patterns, period_s)
     error: BaseException | None = None
     try:
         reader.run(plan)
-    except (KinopixError, KeyboardInterrupt) as caught:
+    except BaseException as caught:  # noqa: BLE001 - whatever it is, what was recorded is kept and the caller is told
         error = caught
+        # A stall leaves the patterns before it sure. Where all were played, or no edge was timed, any may be the lost one.
+        sure = not isinstance(error, TriggerMissed) or (audit.timed and _still_playing(devices.modulator))
+        host.broke()
+        if not sure:
+            audit.distrust(f"{patterns - audit.recorded} sync edges are missing and nothing tells which")
     try:
         told = devices.counter.disarm()
-    except KinopixError as caught:
+    except Exception as caught:  # noqa: BLE001 - as above
         told, error = CounterReport(bins_closed=reader.bins, notes=(str(caught),)), error or caught
-    if isinstance(error, TriggerMissed) and not (audit.timed and _still_playing(devices.modulator)):
-        # A stall leaves the patterns before it sure. Where all were played, or no edge was timed, any edge may be the lost one.
-        audit.distrust(f"{patterns - audit.recorded} sync edges are missing and nothing tells which")
-    report = audit.report(told, photon_counts=reader.photon_counts)
-    return Outcome(report, audit.frame_valid(), reader.motion, error)
+    return Outcome(audit.report(told), audit.frame_valid(told), reader.motion, error)
 
 
 def _still_playing(modulator: PatternModulator) -> bool:
@@ -148,31 +161,47 @@ def _still_playing(modulator: PatternModulator) -> bool:
 class _Reader:
     """Reads one run to its end."""
 
-    def __init__(self, devices: Devices, audit: TimingAudit, sink: Sink, patterns: int, period_s: float) -> None:
+    def __init__(self, devices: Devices, audit: TimingAudit, host: Host, patterns: int, period_s: float) -> None:
         self._devices = devices
         self._audit = audit
-        self._sink = sink
+        self._host = host
         self._patterns = patterns
-        self._aligner = Aligner(period_s)
+        self._aligner = Aligner(period_s, patterns)
         # Room for bins that surplus edges split, so that they do not take the last patterns' place.
         room = patterns + patterns // 100 + 16
         most = devices.counter.limits.max_bins
         self._armed = CounterRun(n_bins=room if most is None else min(room, most), period_s=period_s)
         self.bins = 0
-        self.photon_counts = False
         self.motion: Motion | None = None
 
     def run(self, plan: Plan) -> None:
-        modulator, counter, stage = self._devices.modulator, self._devices.counter, self._devices.stage
+        modulator, counter, stage, host = (
+            self._devices.modulator,
+            self._devices.counter,
+            self._devices.stage,
+            self._host,
+        )
+        host.phase("arming")
         counter.arm(self._armed)
         if plan.motion is not None:
+            host.phase("running up")
             self.motion = stage.move_to(plan.motion.end_mm(plan.run_time_s), plan.motion.profile)
-            self._devices.clock.sleep_s(plan.motion.run_up_s)
+            self._run_up(plan.motion.run_up_s)
+        host.phase("counting")
         modulator.start()
+        host.checkpoint()
         self._read_all()
+        host.phase("coming to rest")
         modulator.wait(STALL_MARGIN_S + STALL_PERIODS * self._armed.period_s)
         if self.motion is not None:
             self.motion.wait()
+
+    def _run_up(self, run_up_s: float) -> None:
+        clock = self._devices.clock
+        end_s = clock.now_s() + run_up_s
+        while (left_s := end_s - clock.now_s()) > 0:
+            self._host.checkpoint()
+            clock.sleep_s(min(left_s, LONGEST_NAP_S))
 
     def _read_all(self) -> None:
         # Both waits follow from the run's own figures: the first edge may need START_MARGIN_S, any other STALL_PERIODS periods.
@@ -180,26 +209,31 @@ class _Reader:
         while self._aligner.patterns < self._patterns:
             waited_s = patience_s if self.bins else patience_s + START_MARGIN_S
             block = self._devices.counter.read(waited_s)
-            if not len(block) and self.bins >= self._armed.n_bins:
-                raise TimingFault(
-                    device=self._devices.counter.identity.name,
-                    saw=f"{self.bins} bins that make only {self._aligner.patterns} of {self._patterns} patterns",
-                    expected="one sync edge a pattern",
-                    remedy="look for bounces on the sync line, and compare the picture time with the counter's own timebase",
-                )
+            if len(block):
+                self._take(block)
+            self._host.checkpoint()
             if not len(block):
-                raise TriggerMissed(
-                    self._devices.counter.identity.name,
-                    bins_read=self._aligner.patterns,
-                    bins_expected=self._patterns,
-                    waited_s=waited_s,
-                )
-            self._take(block)
+                self._aligner.place(block)  # which tells a block that was lost from edges that never came
+                raise self._nothing_came(waited_s)
+
+    def _nothing_came(self, waited_s: float) -> TimingFault:
+        if self.bins >= self._armed.n_bins:
+            return TimingFault(
+                device=self._devices.counter.identity.name,
+                saw=f"{self.bins} bins that make only {self._aligner.patterns} of {self._patterns} patterns",
+                expected="one sync edge a pattern",
+                remedy="look for bounces on the sync line, and compare the picture time with the counter's own timebase",
+            )
+        return TriggerMissed(
+            self._devices.counter.identity.name,
+            bins_read=self._aligner.patterns,
+            bins_expected=self._patterns,
+            waited_s=waited_s,
+        )
 
     def _take(self, block: CountBlock) -> None:
-        self._sink.raw(block)
-        self.photon_counts = block.photon_counts
+        self._host.raw(block)
         placed = self._aligner.place(block)
         self.bins += len(block)
-        self._audit.see(placed, bins=len(block), photon_counts=self.photon_counts)
-        self._sink.placed(placed)
+        self._audit.see(placed, bins=len(block), photon_counts=block.photon_counts)
+        self._host.placed(placed)

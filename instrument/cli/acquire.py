@@ -1,22 +1,20 @@
 """``kinopix run`` and ``kinopix check``."""
 
-from collections.abc import Callable, Generator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, TypeAlias
+from typing import Annotated, Final
 
 import typer
 from rich.progress import Progress
 
-from instrument.acquisition import AlignedBlock
 from instrument.cli.options import BenchOption, JsonOption, OverwriteOption, PlanOption, print_json
-from instrument.instrument import Instrument
 from instrument.live import LiveAnalysis
 from instrument.plan import Plan
 from instrument.recording import Recording
+from instrument.session import BlockEvent, Event, Instrument, Listener, UploadEvent
 from instrument.views import OUT, LiveView, check_table, progress, timing_table, warn
 
-OnBlock: TypeAlias = Callable[[AlignedBlock], None]
+POLISH_S: Final = 60.0
+"""How long the live view may take for its last image when the run is over."""
 
 
 def run(
@@ -50,40 +48,41 @@ def record(bench: Path, plan: Plan, out: Path, *, overwrite: bool, live: bool = 
         KinopixError: as ``Instrument.run``; Ctrl-C ends the command with 130 after the bench was made safe.
     """
     bars = progress()
-    with Instrument.from_toml(bench) as instrument, _looked_at(plan, bars) if live else _bars_alone(bars) as look:
-        upload = bars.add_task("patterns uploaded", total=None)
-        patterns = bars.add_task("patterns counted", total=plan.patterns)
-
-        def on_upload(done: int, total: int) -> None:
-            bars.update(upload, completed=done, total=total)
-
-        def on_block(block: AlignedBlock) -> None:
-            bars.update(patterns, completed=block.first_pattern + len(block.values))
-            look(block)
-
+    analysis = LiveAnalysis(plan) if live else None
+    with Instrument.from_toml(bench) as instrument, LiveView(bars) if live else bars as shown:
+        listeners: list[Listener] = [_ProgressBars(bars, plan.patterns)]
+        if analysis is not None and isinstance(shown, LiveView):
+            listeners += [analysis, shown]
         try:
-            return instrument.run(plan, out, overwrite=overwrite, on_upload=on_upload, on_block=on_block)
+            with instrument.start(plan, out, overwrite=overwrite, listeners=listeners) as run:
+                recording = run.wait()
+                run.wait_for_listeners(POLISH_S)
         except KeyboardInterrupt as interrupt:
             kept = "; ".join(getattr(interrupt, "__notes__", ())) or "nothing was recorded"
             warn(f"interrupted: the bench is safe; {kept}")
             raise typer.Exit(130) from None
-
-
-@contextmanager
-def _bars_alone(bars: Progress) -> Generator[OnBlock, None, None]:
-    with bars:
-        yield lambda _block: None
-
-
-@contextmanager
-def _looked_at(plan: Plan, bars: Progress) -> Generator[OnBlock, None, None]:
-    """Follow each block that is passed on, draw motion and image below the bars, and tell what the view missed."""
-    with LiveView(bars) as view, LiveAnalysis(plan, view.show) as analysis:
-        yield analysis.on_block
-    if analysis.error is not None:
-        warn(f"the live view ended early, the recording did not: {analysis.error}")
-    if analysis.counters.frames_dropped:
+    for failure in run.snapshot.listener_failures:
+        warn(f"{failure.listener} ended early, the recording did not: {failure.error}")
+    if analysis is not None and analysis.counters.frames_dropped:
         warn(f"{analysis.counters.frames_dropped} frames came too fast for the live view; the recording has them all")
+    return recording
+
+
+class _ProgressBars:
+    """A listener that draws how far the run is."""
+
+    name: Final = "the progress bars"
+
+    def __init__(self, bars: Progress, patterns: int) -> None:
+        self._bars = bars
+        self._upload = bars.add_task("patterns uploaded", total=None)
+        self._counted = bars.add_task("patterns counted", total=patterns)
+
+    def __call__(self, event: Event) -> None:
+        if isinstance(event, UploadEvent):
+            self._bars.update(self._upload, completed=event.stored, total=event.total)
+        elif isinstance(event, BlockEvent):
+            self._bars.update(self._counted, completed=event.first_pattern + event.patterns)
 
 
 def check(bench: BenchOption, plan: PlanOption, as_json: JsonOption = False) -> None:

@@ -1,6 +1,6 @@
 """TOML files into checked models, and plug-ins by name."""
 
-from instrument.config.bench import BenchConfig, OnAbort, Resolved, ResolvedBench, ResolvedDevice, load_bench
+from instrument.config.bench import BenchConfig, OnAbort, Resolved, ResolvedDevice, load_bench
 from instrument.config.check import validate_table
 from instrument.config.discovery import (
     InstalledPlugin,
@@ -36,7 +36,6 @@ __all__ = [
     "PluginMissing",
     "Problem",
     "Resolved",
-    "ResolvedBench",
     "ResolvedDevice",
     "SchemePlugin",
     "SchemeSettings",

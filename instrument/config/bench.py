@@ -1,11 +1,12 @@
 """bench.toml: which plug-ins make up the bench, and their settings, checked against the plug-ins' own models."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, Literal, TypeAlias, TypeVar
 
-from pydantic import BaseModel, ConfigDict, PositiveFloat, ValidationError
+from pydantic import BaseModel, ConfigDict, PositiveFloat, ValidationError, create_model
 
 from instrument.config.check import validate_table
 from instrument.config.discovery import (
@@ -19,6 +20,7 @@ from instrument.config.discovery import (
 from instrument.config.document import Document, read_document
 from instrument.config.errors import ConfigError, Problem
 from instrument.config.positions import KeyPath
+from instrument.roles import ROLES, Role, RoleName
 from protocols import DriverPlugin, Frozen, ScenePlugin, TransportPlugin
 
 OnAbort: TypeAlias = Literal["stop", "hold", "home"]
@@ -61,20 +63,20 @@ class SceneTable(AnyTable):
     """Name of the scene plug-in."""
 
 
-class BenchConfig(Frozen):
-    """bench.toml as it is written, before any plug-in is asked."""
+_TABLES: dict[RoleName, type[DeviceTable]] = {"stage": StageTable}
+"""Tables that have keys of their own; all others are a ``DeviceTable``."""
 
-    modulator: DeviceTable
-    """Shows the patterns."""
 
-    counter: DeviceTable
-    """Counts the light."""
+def _table_of(role: Role[Any]) -> type[DeviceTable]:
+    return _TABLES.get(role.name, DeviceTable)
 
-    stage: StageTable
-    """Moves the object."""
 
-    scene: SceneTable | None = None
-    """The simulated bench that simulated devices and emulators share."""
+def _whole_file() -> type[Frozen]:
+    """bench.toml as it is written, before any plug-in is asked: a table for each role, and the scene."""
+    fields: dict[str, Any] = {
+        role.name: (_table_of(role), ...) if role.needed else (_table_of(role) | None, None) for role in ROLES
+    }
+    return create_model("BenchTables", __base__=Frozen, **fields, scene=(SceneTable | None, None))
 
 
 PluginT = TypeVar("PluginT", bound=Plugin)
@@ -112,20 +114,14 @@ ResolvedDevice: TypeAlias = Resolved[DriverPlugin[Any, Any]]
 
 
 @dataclass(frozen=True)
-class ResolvedBench:
-    """Everything that is needed to open the bench. Nothing is open yet."""
+class BenchConfig:
+    """bench.toml, checked: everything that is needed to open the bench. Nothing is open yet."""
 
     path: Path
     """The file it was read from."""
 
-    modulator: ResolvedDevice
-    """Shows the patterns."""
-
-    counter: ResolvedDevice
-    """Counts the light."""
-
-    stage: ResolvedDevice
-    """Moves the object."""
+    devices: Mapping[RoleName, ResolvedDevice]
+    """The driver in each role, in the order of the roles."""
 
     on_abort: OnAbort = "stop"
     """What the stage does when a run is broken off."""
@@ -143,16 +139,13 @@ class ResolvedBench:
 
     def as_json(self) -> str:
         """The bench as a recording stores it: plug-ins with distribution, version and settings, defaults written out."""
-        bench = {
-            "modulator": self.modulator.as_dict(),
-            "counter": self.counter.as_dict(),
-            "stage": {**self.stage.as_dict(), "on_abort": self.on_abort, "px_per_mm": self.px_per_mm},
-            "scene": self.scene.as_dict() if self.scene else None,
-        }
+        bench: dict[str, Any] = {name: device.as_dict() for name, device in self.devices.items()}
+        bench["stage"] |= {"on_abort": self.on_abort, "px_per_mm": self.px_per_mm}
+        bench["scene"] = self.scene.as_dict() if self.scene else None
         return json.dumps(bench, indent=2)
 
 
-def load_bench(path: str | Path) -> ResolvedBench:
+def load_bench(path: str | Path) -> BenchConfig:
     """Read bench.toml and find its plug-ins. Opens no device.
 
     Raises:
@@ -160,23 +153,17 @@ def load_bench(path: str | Path) -> ResolvedBench:
             settings.
     """
     document = read_document(Path(path))
-    config, problems = validate_table(BenchConfig, document.values, document)
+    _, problems = validate_table(_whole_file(), document.values, document)
     search = _Search(document, problems)
-    modulator = search.device("modulator", DeviceTable)
-    counter = search.device("counter", DeviceTable)
-    stage = search.device("stage", StageTable)
+    found: dict[RoleName, ResolvedDevice | None] = {
+        role.name: search.device(role) for role in ROLES if role.needed or role.name in document.values
+    }
     scene = search.scene()
-    if config is None or modulator is None or counter is None or stage is None or problems:
+    stage = search.table("stage", StageTable)
+    devices: dict[RoleName, ResolvedDevice] = {name: device for name, device in found.items() if device is not None}
+    if problems or stage is None or len(devices) < len(found):
         raise ConfigError(document.path, problems)
-    return ResolvedBench(
-        path=document.path,
-        modulator=modulator,
-        counter=counter,
-        stage=stage,
-        on_abort=config.stage.on_abort,
-        px_per_mm=config.stage.px_per_mm,
-        scene=scene,
-    )
+    return BenchConfig(document.path, devices, stage.on_abort, stage.px_per_mm, scene)
 
 
 TableT = TypeVar("TableT", bound=BaseModel)
@@ -189,7 +176,8 @@ class _Search:
     document: Document
     problems: list[Problem]
 
-    def device(self, kind: Literal["modulator", "counter", "stage"], model: type[DeviceTable]) -> ResolvedDevice | None:
+    def device(self, role: Role[Any]) -> ResolvedDevice | None:
+        kind, model = role.name, _table_of(role)
         table = self.table(kind, model)
         if table is None:
             return None

@@ -12,11 +12,9 @@ import h5py  # pyright: ignore[reportMissingTypeStubs]
 import numpy as np
 from numpy.typing import NDArray
 
-from protocols import Floats
-
 _h5py: Any = h5py
 
-Value: TypeAlias = str | bool | float | list[str] | NDArray[Any]
+Value: TypeAlias = str | bool | float | list[str] | NDArray[Any] | np.generic
 """What a dataset or an attribute can hold. Truth values are stored as uint8, which every program reads."""
 
 HDF5_ERRORS = (OSError, RuntimeError, KeyError)
@@ -65,15 +63,36 @@ class Group:
         """Set attributes of this group."""
         _set_attributes(self._handle, attributes)
 
-    def set_value(self, name: str, value: Value) -> None:
-        """Overwrite a dataset with a value of the same shape and type."""
-        self._handle[name][...] = _stored(value)
-        self._handle[name].flush()
+    def add_text_to_come(self, name: str, room_bytes: int) -> None:
+        """Create an empty text that can be overwritten while others read, as long as it has no more bytes than that."""
+        self._handle.create_dataset(name, data=b"", dtype=_h5py.string_dtype("utf-8", room_bytes))
 
-    def replace_rows(self, name: str, rows: Floats) -> None:
-        """Overwrite a growing dataset with other rows, as many as there are."""
-        self._handle[name].resize(len(rows), axis=0)
-        self._handle[name][...] = rows
+    def add_flags_to_come(self, name: str, rows_per_chunk: int) -> "Growing":
+        """Create an empty dataset of flags that can grow; what is not written is 0."""
+        return Growing(
+            self._handle.create_dataset(name, shape=(0,), maxshape=(None,), chunks=(rows_per_chunk,), dtype=np.uint8)
+        )
+
+    def set_value(self, name: str, value: Value) -> None:
+        """Overwrite a dataset with a value of the same shape and type, or a text that fits.
+
+        Raises:
+            ValueError: a text that is too long.
+        """
+        dataset = self._handle[name]
+        if isinstance(value, str):
+            text, room = value.encode(), int(dataset.dtype.itemsize)
+            if len(text) > room:
+                raise ValueError(f"{len(text)} bytes for {name}, which has room for {room}")
+            dataset[...] = text
+        else:
+            dataset[...] = _stored(value)
+        dataset.flush()
+
+    def set_attribute(self, name: str, value: Value) -> None:
+        """Overwrite an attribute of this group with a value of the same shape and type."""
+        self._handle.attrs.modify(name, _stored(value))
+        self._handle.file.flush()
 
     def __contains__(self, name: str) -> bool:
         """Whether a dataset or group of that path is there."""
@@ -103,6 +122,10 @@ class Group:
             raise OSError(f"truncated: {name} goes on to byte {end}, the file ends at {size}")
         return cast("NDArray[Any]", dataset[...])
 
+    def attribute(self, key: str) -> Any:
+        """An attribute of this group, or None where it is missing."""
+        return self._handle.attrs.get(key)
+
     def attribute_of(self, name: str, key: str) -> Any:
         """An attribute of a dataset or group, or None where it is missing."""
         return self._handle[name].attrs.get(key)
@@ -123,11 +146,15 @@ class Growing:
         """Wrap an ``h5py.Dataset``."""
         self._handle = handle
 
-    def write(self, first: int, rows: Floats) -> None:
+    def write(self, first: int, rows: NDArray[Any]) -> None:
         """Write ``rows`` from row ``first`` on, growing as needed, and hand them to the operating system."""
         self._handle.resize(max(len(self._handle), first + len(rows)), axis=0)
         self._handle[first : first + len(rows)] = rows
         self._handle.flush()
+
+    def read(self) -> NDArray[Any]:
+        """Give all rows."""
+        return cast("NDArray[Any]", self._handle[...])
 
     @property
     def width(self) -> int:
@@ -208,6 +235,18 @@ def _stored(value: Value) -> Any:
     return value
 
 
+def _refuse_cut_off(path: Path) -> None:
+    """Refuse a file that is shorter than its superblock says, as HDF5 does itself for files that are not ``swmr``.
+
+    Versions 2 and 3 hold the address of the end in bytes 28 to 35 (HDF5 file format specification, section II.A).
+    """
+    with path.open("rb") as file:
+        start = file.read(36)
+    size, end = path.stat().st_size, int.from_bytes(start[28:36], "little")
+    if len(start) < 36 or (start[8] >= 2 and size < end):
+        raise OSError(f"truncated: it goes on to byte {end}, the file ends at {size}")
+
+
 @contextmanager
 def open_to_read(path: Path) -> Generator[File]:
     """Open a file whole, or as its writer left it when it died, or as it is while it is being written."""
@@ -216,6 +255,7 @@ def open_to_read(path: Path) -> Generator[File]:
     except OSError as error:
         if "already open for" not in str(error) and error.errno not in {errno.EAGAIN, errno.EACCES}:
             raise
+        _refuse_cut_off(path)
         file = File(path, "swmr")
     with file:
         yield file

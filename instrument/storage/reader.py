@@ -49,6 +49,7 @@ def _recording(path: Path, file: Group) -> Recording:
             f"a recording of layout {version}, while this program reads {layout.VERSION}",
             "install a newer Kinopix",
         )
+    _refuse_cut_off(path, entry)
     plan = _plan(path, entry.text(layout.PLAN))
     values = entry.array(layout.VALUES)
     patterns = plan.patterns_per_frame
@@ -69,6 +70,14 @@ def _recording(path: Path, file: Group) -> Recording:
     )
 
 
+def _refuse_cut_off(path: Path, entry: Group) -> None:
+    """Refuse what has lost its end since its writer died, before HDF5 looks for it, at length and in vain."""
+    written = int(entry.number(layout.FILE_BYTES)) if layout.FILE_BYTES in entry else 0
+    size = path.stat().st_size
+    if size < written:
+        raise OSError(f"truncated: the recording goes on to byte {written}, the file ends at {size}")
+
+
 def _plan(path: Path, text: str) -> Plan:
     try:
         return Plan.from_json(text)
@@ -82,9 +91,11 @@ def _plan(path: Path, text: str) -> Plan:
 def _frame_valid(path: Path, entry: Group, values: Floats) -> Mask:
     """The mask of the audit; where there was none, the frames in which every pattern has a value."""
     measured = layout.measured_frames(values)
-    if layout.FRAME_VALID not in entry:
+    if layout.FRAME_VALID not in entry:  # layout 1.0
         return measured
     valid = entry.array(layout.FRAME_VALID).astype(bool)
+    if not len(valid):  # not finished yet, or never
+        return measured
     if valid.shape != measured.shape:
         raise unusable(path, f"a mask of {len(valid)} frames for {len(measured)} frames of values", "repeat the run")
     return valid
@@ -108,4 +119,7 @@ def _timing(entry: Group) -> TimingReport | None:
 def _truth(entry: Group) -> Truth | None:
     if layout.TRUTH_IMAGE not in entry:
         return None
-    return Truth(displacement_px=entry.array(layout.TRUTH_DISPLACEMENT_PX), image=entry.array(layout.TRUTH_IMAGE))
+    displacement_px = entry.array(layout.TRUTH_DISPLACEMENT_PX)
+    if not len(displacement_px):  # not finished yet, or never
+        return None
+    return Truth(displacement_px=displacement_px, image=entry.array(layout.TRUTH_IMAGE))

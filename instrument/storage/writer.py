@@ -3,33 +3,37 @@
 The file is opened early, with everything that is known before the run, and switched to HDF5's single-writer-multiple-reader
 mode (SWMR). In that mode the library orders its writes so that the file can be read at any moment, by a live display or after
 the program was killed; plain HDF5 promises nothing for a file that was not closed. The price is that nothing can be *added* in
-that mode, so what is known only after the run goes in by ``rewritten``.
+that mode, so what is known only after the run has its place from the start, empty, and is filled in at the end. The file is
+never replaced: whoever reads it keeps it. ``/entry/@complete`` is the last thing that is written.
 """
 
+import os
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import Literal, Self, TypeAlias
+from typing import Final, Self
 
 import numpy as np
 
 from instrument.plan import Plan
+from instrument.roles import ROLES, RoleName
 from instrument.storage import layout
-from instrument.storage.edit import rewritten
 from instrument.storage.hdf5 import File, Group, Growing, is_hdf5
+from instrument.storage.in_use import WritersMark
 from instrument.storage.provenance import PROGRAM, now, program_version
 from protocols import CountBlock, DeviceIdentity, Floats, InputError, Mask, Truth
 
-DeviceName: TypeAlias = Literal["modulator", "counter", "stage"]
-
-_NX_CLASSES: dict[DeviceName, str] = {"modulator": "NXcollection", "counter": "NXdetector", "stage": "NXpositioner"}
 _ROWS_PER_CHUNK = 1024
 _RAW_PER_CHUNK = 8192
 _BYTES_A_PATTERN = 4 * 8
 """Value, edge time, and both again as they arrived."""
 _BYTES_BESIDE = 1 << 20
 """Room for everything else."""
+_REPORT_BYTES: Final = 1 << 16
+"""Room for the timing audit, which lists a thousand patterns of each kind at most."""
+_REASON_BYTES: Final = 4096
+"""Room for why a run ended early."""
 
 
 def refuse_existing(path: Path, *, overwrite: bool = False) -> None:
@@ -61,9 +65,12 @@ def refuse_existing(path: Path, *, overwrite: bool = False) -> None:
         )
 
 
-def _refuse_full_disk(path: Path, patterns: int) -> None:
-    """HDF5 gives up without grace on a full disk, so the room is asked for before the run."""
-    # Twice: at the end of a run a copy takes the place of the file.
+def refuse_full_disk(path: Path, patterns: int) -> None:
+    """Make sure that there is room for a recording: HDF5 gives up without grace on a full disk.
+
+    Raises:
+        InputError: there is less than the recording, and its copy when an analysis is stored, take.
+    """
     needed = 2 * patterns * _BYTES_A_PATTERN + _BYTES_BESIDE
     free = shutil.disk_usage(path.parent).free
     if free < needed:
@@ -84,10 +91,11 @@ class RecordingWriter:
         *,
         picture_time_s: float,
         bench: str = "{}",
-        devices: Mapping[DeviceName, DeviceIdentity] | None = None,
+        devices: Mapping[RoleName, DeviceIdentity] | None = None,
         dead_time_s: float = 0.0,
         dark_rate_hz: float = 0.0,
         title: str = "",
+        with_truth: bool = False,
         overwrite: bool = False,
     ) -> None:
         """Create the file.
@@ -101,6 +109,7 @@ class RecordingWriter:
             dead_time_s: non-paralyzable dead time of detector and counter.
             dark_rate_hz: dark counts a second.
             title: one line for people; by default the file's name.
+            with_truth: whether ``finish`` will be given a truth, as for simulated runs.
             overwrite: whether an existing recording may be lost.
 
         Raises:
@@ -109,10 +118,11 @@ class RecordingWriter:
         refuse_existing(path, overwrite=overwrite)
         self.path = path
         """Where the recording is."""
+        self.picture_time_s = picture_time_s
+        """Time from one pattern to the next."""
         self._patterns = plan.patterns_per_frame
         self._capacity = plan.frames * self._patterns
-        _refuse_full_disk(path, self._capacity)
-        self._finished = False
+        refuse_full_disk(path, self._capacity)
         self._counts_photons: bool | None = None
         try:
             self._file = File(path, "w")
@@ -126,12 +136,12 @@ class RecordingWriter:
         entry = self._file.group("entry", "NXentry", default="data", complete=False)
         entry.add("title", title or path.stem)
         entry.add("definition", layout.DEFINITION, version=layout.VERSION)
-        entry.add("program_name", PROGRAM, version=program_version())
-        entry.add("start_time", now())
+        entry.add(layout.PROGRAM_NAME, PROGRAM, version=program_version(), process_id=os.getpid())
+        entry.add(layout.START_TIME, now())
         entry.add(layout.PLAN, plan.model_dump_json())
         entry.add(layout.BENCH, bench)
         instrument = entry.group("instrument", "NXinstrument")
-        groups = {name: instrument.group(name, nx_class) for name, nx_class in _NX_CLASSES.items()}
+        groups = {role.name: instrument.group(role.name, role.nx_class) for role in ROLES}
         for name, identity in (devices or {}).items():
             groups[name].add_all(identity.model_dump())
         entry.add(layout.PICTURE_TIME_S, picture_time_s, units="s")
@@ -146,7 +156,23 @@ class RecordingWriter:
             entry.growing(layout.VALUES, row, _ROWS_PER_CHUNK, long_name="light of each pattern, in play order")
         )
         self._edges = _Frames(entry.growing(layout.EDGE_TIME_S, row, _ROWS_PER_CHUNK, units="s"))
+        self._add_what_comes_last(entry, plan.image_size if with_truth else None)
         self._file.let_others_read()
+        self._mark = WritersMark(path)
+
+    def _add_what_comes_last(self, entry: Group, truth_size: int | None) -> None:
+        entry.add(layout.FILE_BYTES, np.zeros((), np.int64))
+        entry.add_text_to_come(layout.END_TIME, len(now()))
+        entry.add_text_to_come(layout.INTERRUPTED, _REASON_BYTES)
+        timing = entry.group("timing", "NXcollection")
+        self._frame_valid = timing.add_flags_to_come("frame_valid", _ROWS_PER_CHUNK)
+        timing.add_text_to_come("report", _REPORT_BYTES)
+        self._truth_px: Growing | None = None
+        if truth_size is not None:
+            truth = entry.group("truth", "NXcollection")
+            self._truth_px = truth.growing("displacement_px", (2,), _ROWS_PER_CHUNK, units="px")
+            image = np.full((truth_size, truth_size), np.nan)
+            truth.add("image", image, long_name="transmission of the object at frame 0")
 
     def append_raw(self, block: CountBlock) -> None:
         """Store counts as they arrived, whatever the audit will make of them.
@@ -179,50 +205,60 @@ class RecordingWriter:
         # Edges first: a recording that breaks off here has no value without its time.
         self._edges.append(edges)
         self._values.append(values)
+        self._note_length(self.path.stat().st_size)
+
+    def _note_length(self, file_bytes: int) -> None:
+        self._file.set_value(f"entry/{layout.FILE_BYTES}", np.int64(file_bytes))
 
     def finish(
         self,
         *,
-        values: Floats | None = None,
-        edge_time_s: Floats | None = None,
         frame_valid: Mask | None = None,
         report: str = "{}",
         truth: Truth | None = None,
         interrupted: str = "",
     ) -> None:
-        """Add what is known only after the run, and close the file. It is there whole or not at all; the counts stay anyway.
+        """Fill in what is known only after the run, and close the file. Whoever reads it meanwhile keeps it.
 
         Args:
-            values: ``(frames, patterns_per_frame)`` to take the place of those appended, where the audit has moved some.
-            edge_time_s: as ``values``.
             frame_valid: ``(frames,)``; by default the frames in which every pattern has a value.
             report: the timing audit as JSON.
             truth: simulated runs only: what really was there, ``(frames, 2)`` and the image.
             interrupted: why the run ended early, which makes it a partial recording; empty for a run that came to its end.
 
         Raises:
-            ValueError: a mask that is not one flag a frame.
+            ValueError: a mask that is not one flag a frame, a truth that was not announced or has another size, or a report
+                that is too long.
         """
-        frames = len(self._values) if values is None else len(values)
+        frames = len(self._values)
         if frame_valid is not None and frame_valid.shape != (frames,):
             raise ValueError(f"frame_valid of shape {frame_valid.shape} for {frames} frames")
-        with self._file, rewritten(self._file, self.path) as entry:
-            for name, replacement in ((layout.VALUES, values), (layout.EDGE_TIME_S, edge_time_s)):
-                if replacement is not None:
-                    entry.replace_rows(name, replacement)
-            entry.add("end_time", now())
-            timing = entry.group("timing", "NXcollection")
-            timing.add(
-                "frame_valid",
-                layout.measured_frames(entry.array(layout.VALUES)) if frame_valid is None else frame_valid,
-            )
-            timing.add("report", report)
-            if truth is not None:
-                _add_truth(entry, truth)
-            entry.set_attributes(complete=not interrupted)
-            if interrupted:
-                entry.add("interrupted", interrupted)
-        self._finished = True
+        entry = self._file.at("entry")
+        if truth is not None:
+            if self._truth_px is None:
+                raise ValueError("a truth for a recording that was opened without one")
+            entry.set_value(layout.TRUTH_IMAGE, truth.image)
+            self._truth_px.write(0, truth.displacement_px)
+        entry.set_value(layout.TIMING_REPORT, report)
+        valid = layout.measured_frames(self._values.dataset.read()) if frame_valid is None else frame_valid
+        self._frame_valid.write(0, valid.astype(np.uint8))
+        entry.set_value(layout.INTERRUPTED, _cut(interrupted, _REASON_BYTES))
+        entry.set_value(layout.END_TIME, now())
+        self._note_length(0)  # HDF5 knows the length of a file that was closed
+        entry.set_attribute("complete", not interrupted)
+        self.close()
+        with self.path.open("rb+") as written:
+            os.fsync(written.fileno())
+
+    def discard(self) -> None:
+        """Close the file and remove it: nothing at all was measured."""
+        self.close()
+        self.path.unlink(missing_ok=True)
+
+    def close(self) -> None:
+        """Close the file as it is, as a partial recording; allowed twice."""
+        self._file.close()
+        self._mark.release()
 
     def __enter__(self) -> Self:
         """Give the open writer."""
@@ -232,15 +268,15 @@ class RecordingWriter:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Finish a recording that is not finished as a partial one; remove it if nothing at all was measured."""
-        if self._finished or not self._file.is_open:  # closed without finish: a second error came while it finished
+        if not self._file.is_open:
             return
         if not len(self._raw_counts) and not self._values.count:
-            self._file.close()
-            self.path.unlink(missing_ok=True)
+            self.discard()
             return
         try:
             self.finish(interrupted=str(error) or type(error).__name__ if error else "never finished")
         except Exception as failure:
+            self.close()
             # The first error is what matters, and the counts are in the file already.
             if error is None:
                 raise
@@ -276,7 +312,7 @@ class _Frames:
         return len(self.dataset)
 
 
-def _add_truth(entry: Group, truth: Truth) -> None:
-    group = entry.group("truth", "NXcollection")
-    group.add("displacement_px", truth.displacement_px, units="px")
-    group.add("image", truth.image, long_name="transmission of the object at frame 0")
+def _cut(text: str, room_bytes: int) -> str:
+    """``text``, without its end where it is too long."""
+    encoded = text.encode()
+    return text if len(encoded) <= room_bytes else encoded[: room_bytes - 3].decode(errors="ignore") + "..."

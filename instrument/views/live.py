@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from itertools import groupby
 from threading import Lock
-from typing import Self
+from typing import Final, Self
 
 import numpy as np
 from rich.console import Console, Group, RenderableType
@@ -13,7 +13,7 @@ from rich.progress import Progress
 from rich.style import Style
 from rich.text import Text
 
-from instrument.live import LiveUpdate
+from instrument.session import Event, ImageEvent, TrackingEvent
 from instrument.views.terminal import ERR
 from protocols import Floats
 
@@ -58,7 +58,12 @@ class Trace:
 
 
 class LiveView:
-    """Shows updates below progress bars. Where there is no terminal it prints a line of figures each second at most."""
+    """Shows motion and image below progress bars: a listener for a run that ``LiveAnalysis`` follows.
+
+    Where there is no terminal it prints a line of figures each second at most.
+    """
+
+    name: Final = "the live view"
 
     def __init__(self, bars: Progress, *, console: Console = ERR, now_s: Callable[[], float] = time.monotonic) -> None:
         """Prepare; nothing is drawn before it is entered.
@@ -75,23 +80,30 @@ class LiveView:
         self._lock = Lock()
         self._trace = Trace()
         self._image: Floats | None = None
-        self._last: LiveUpdate | None = None
+        self._last: TrackingEvent | None = None
         self._live: Live | None = None
         if console.is_terminal:
             # Five pictures a second: drawing holds the interpreter, which the acquisition needs too.
             self._live = Live(console=console, refresh_per_second=5, get_renderable=self._renderable)
 
-    def show(self, update: LiveUpdate) -> None:
-        """Take an update, from any thread; it is drawn when it is time."""
+    def __call__(self, event: Event) -> None:
+        """Take what the live analysis tells."""
+        if isinstance(event, TrackingEvent | ImageEvent):
+            self.show(event)
+
+    def show(self, event: TrackingEvent | ImageEvent) -> None:
+        """Take an event, from any thread; it is drawn when it is time."""
         with self._lock:
-            self._trace.add(update.displacement_px)
-            self._image = self._image if update.image is None else update.image
-            self._last = update
+            if isinstance(event, ImageEvent):
+                self._image = event.image
+                return
+            self._trace.add(event.displacement_px)
+            self._last = event
         if self._live is None:
             now_s = self._now_s()
-            if update.final or now_s - self._printed_s >= _PRINT_INTERVAL_S:
+            if event.final or now_s - self._printed_s >= _PRINT_INTERVAL_S:
                 self._printed_s = now_s
-                self._console.print(self._figures(update), soft_wrap=True)
+                self._console.print(self._figures(event), soft_wrap=True)
 
     def __enter__(self) -> Self:
         """Start to draw."""
@@ -104,13 +116,12 @@ class LiveView:
         if self._live is not None:
             self._live.stop()
 
-    def _figures(self, update: LiveUpdate) -> str:
+    def _figures(self, event: TrackingEvent) -> str:
         last = self._trace.last_px
         where = "" if last is None else f"x {last[0]:+.2f} px, y {last[1]:+.2f} px, "
-        counters = update.counters
         return (
-            f"frame {update.frame}: {where}{counters.images} images, {counters.images_skipped} skipped, "
-            f"{counters.frames_dropped} frames dropped"
+            f"frame {event.frame}: {where}{event.images} images, {event.images_skipped} skipped, "
+            f"{event.frames_dropped} frames dropped"
         )
 
     def _renderable(self) -> RenderableType:

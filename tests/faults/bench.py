@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from instrument.instrument import Instrument
 from instrument.recording import Recording
+from instrument.session import Instrument
 from instrument.storage import open_recording
 from protocols import Floats, KinopixError
 from tests.faults.row import Row
@@ -94,7 +94,7 @@ def carry_out(bench: Instrument, row: Row, out: Path) -> Seen:
 
 def scene_of(bench: Instrument) -> Any:
     """The optical bench behind an instrument."""
-    return bench._scene  # pyright: ignore[reportPrivateUsage]
+    return bench.devices.scene
 
 
 @cache

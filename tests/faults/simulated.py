@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from protocols import CounterOverrun, DeviceDisconnected, TriggerMissed
+from protocols import CounterOverrun, DeviceDisconnected
 from tests.faults.row import Row
 
 ROWS: Final = (
@@ -46,13 +46,12 @@ ROWS: Final = (
         verdict="failed",
     ),
     Row(
-        fault="the last block is lost on its way to the host, which looks like edges that ceased",
+        fault="the last block is lost on its way to the host",
         keys="lost_block_at_bin = 1100",
         frames=200,
-        error=TriggerMissed,
-        says=("1000 of 1200 patterns",),
+        error=CounterOverrun,
+        says=("bins 1000 to 1199 are missing",),
         kept=1000,
         verdict="failed",
-        masked="all",
     ),
 )

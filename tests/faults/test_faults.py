@@ -9,8 +9,8 @@ from types import FrameType
 import numpy as np
 import pytest
 
-from instrument.instrument import Instrument
 from instrument.recording import Recording
+from instrument.session import Instrument
 from protocols import KinopixError, SafeStateFailed
 from tests.faults.bench import Seen, bench_toml, carry_out, undisturbed
 from tests.faults.row import Row

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from instrument.instrument import Instrument
 from instrument.plan import MotionPlan, Plan
 from instrument.recording import Recording
+from instrument.session import Instrument
 
 BENCHES = Path(__file__).parents[2] / "examples" / "benches"
 PLAN = Plan(frames=1666, motion=MotionPlan(velocity_mm_s=25.0, acceleration_mm_s2=50.0))

@@ -7,8 +7,8 @@ import pytest
 from PIL import Image, ImageDraw
 
 from instrument.analysis import Analysis, analyse
-from instrument.instrument import Instrument
 from instrument.plan import MotionPlan, Plan
+from instrument.session import Instrument
 from tests.support.benches import bench_toml
 from tests.support.measured import MEASURED
 

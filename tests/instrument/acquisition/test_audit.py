@@ -15,10 +15,10 @@ def periods(edges: int) -> Floats:
 
 def audited(edges: Floats, counts: Counts, *, patterns: int, edges_seen: int | None = None) -> TimingReport:
     audit = TimingAudit(patterns=patterns, patterns_per_frame=6, picture_time_s=PERIOD_S, max_count_rate_hz=5e6)
-    placed = Aligner(PERIOD_S).place(CountBlock(0, counts, edges[:-1], float(edges[-1])))
+    placed = Aligner(PERIOD_S, patterns).place(CountBlock(0, counts, edges[:-1], float(edges[-1])))
     audit.see(placed, bins=len(counts), photon_counts=counts.dtype == np.uint32)
     told = CounterReport(bins_closed=len(counts), edges_seen=edges_seen)
-    return audit.report(told, photon_counts=counts.dtype == np.uint32)
+    return audit.report(told)
 
 
 def test_a_perfect_run_is_good() -> None:
@@ -36,7 +36,7 @@ def test_jitter_is_the_standard_deviation_of_the_steps() -> None:
     edges[1::2] += 100e-9
     report = audited(edges, np.ones(12), patterns=12)
     assert report.jitter_s == pytest.approx(100e-9, rel=0.01)
-    assert any("jitter is 100 ns" in note for note in report.notes)
+    assert "edge jitter is 100 ns, above 50 ns: bins differ in length by that much" in report.notes
 
 
 def test_a_clock_offset_is_stated_in_ppm() -> None:
@@ -75,10 +75,11 @@ def test_patterns_above_the_linear_limit_are_counted() -> None:
 
 def untimed(counts: Counts, *, patterns: int, edges_seen: int, shifted: bool = False) -> TimingReport:
     audit = TimingAudit(patterns=patterns, patterns_per_frame=6, picture_time_s=PERIOD_S, max_count_rate_hz=5e6)
-    audit.see(Aligner(PERIOD_S).place(CountBlock(0, counts)), bins=len(counts), photon_counts=True)
+    audit.see(Aligner(PERIOD_S, patterns).place(CountBlock(0, counts)), bins=len(counts), photon_counts=True)
     told = CounterReport(bins_closed=len(counts), edges_seen=edges_seen, shifted=shifted)
-    report = audit.report(told, photon_counts=True)
-    assert audit.frame_valid().tolist() == [report.verdict == "good"] * report.frames
+    report = audit.report(told)
+    assert audit.report(told) == report  # asking changes nothing
+    assert audit.frame_valid(told).tolist() == [report.verdict == "good"] * report.frames
     return report
 
 
@@ -105,3 +106,24 @@ def test_a_run_without_a_single_photon_has_failed() -> None:
     report = untimed(np.zeros(12, np.uint32), patterns=12, edges_seen=13)
     assert report.verdict == "failed"
     assert any("not one photon" in note for note in report.notes)
+
+
+def test_asking_twice_gives_the_same_report() -> None:
+    """Two doubts, neither of them told twice, and the mask as before."""
+    audit = TimingAudit(patterns=12, patterns_per_frame=6, picture_time_s=PERIOD_S, max_count_rate_hz=5e6)
+    audit.see(Aligner(PERIOD_S, 12).place(CountBlock(0, np.zeros(12, np.uint32))), bins=12, photon_counts=True)
+    shifted = CounterReport(bins_closed=12, shifted=True)
+    first = audit.report(shifted)
+    assert audit.report(shifted) == first
+    assert len(first.notes) == 2
+    good = CounterReport(bins_closed=12, edges_seen=13)
+    assert len(audit.report(good).notes) == 1  # what one counter told does not stick
+
+
+def test_of_many_notes_of_a_counter_the_first_are_kept() -> None:
+    audit = TimingAudit(patterns=6, patterns_per_frame=6, picture_time_s=PERIOD_S, max_count_rate_hz=5e6)
+    audit.see(Aligner(PERIOD_S, 6).place(CountBlock(0, np.ones(6))), bins=6, photon_counts=False)
+    told = CounterReport(bins_closed=6, notes=tuple(f"packet {k} was lost" for k in range(60)))
+    notes = audit.report(told).notes
+    assert len(notes) == 51
+    assert notes[-1] == "10 more notes of the counter are left out"

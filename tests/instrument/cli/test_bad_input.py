@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from instrument.cli.main import status
-from instrument.instrument import Instrument
+from instrument.session import Instrument
 from instrument.storage import open_recording
 from tests.support.benches import SMALL, bench_toml, plan_toml
 
@@ -177,7 +177,7 @@ def test_what_the_machine_refuses_is_told_with_what_was_kept(
         error.add_note("12 of 240 patterns are kept")
         raise error
 
-    monkeypatch.setattr(Instrument, "run", refuse)
+    monkeypatch.setattr(Instrument, "start", refuse)
     arguments = ("--bench", bench_toml(tmp_path), "--plan", plan_toml(tmp_path), "--out", tmp_path / "run.h5")
     said = refused("run", *arguments, code=told[0])
     assert told[1] in said

@@ -49,13 +49,13 @@ def problems_of(path: Path, text: str) -> list[str]:
 def test_a_bench_of_plug_ins_with_their_own_settings(path: Path) -> None:
     path.write_text(GOOD)
     bench = load_bench(str(path))
-    assert bench.modulator.plugin.summary == "Acme projector"
-    assert bench.modulator.settings.model_dump() == {"port": "COM3", "sync_width_us": 5.0}
-    assert bench.modulator.transport is None
-    assert bench.counter.settings.model_dump()["threshold_v"] == 0.3
-    assert bench.stage.settings.model_dump() == {"travel_mm": (0.0, 50.0)}
-    assert bench.stage.transport is not None
-    assert bench.stage.transport.settings.model_dump() == {"answer_delay_s": 0.2}
+    assert bench.devices["modulator"].plugin.summary == "Acme projector"
+    assert bench.devices["modulator"].settings.model_dump() == {"port": "COM3", "sync_width_us": 5.0}
+    assert bench.devices["modulator"].transport is None
+    assert bench.devices["counter"].settings.model_dump()["threshold_v"] == 0.3
+    assert bench.devices["stage"].settings.model_dump() == {"travel_mm": (0.0, 50.0)}
+    assert bench.devices["stage"].transport is not None
+    assert bench.devices["stage"].transport.settings.model_dump() == {"answer_delay_s": 0.2}
     assert bench.on_abort == "home"
     assert bench.scene is not None
     assert bench.scene.settings.model_dump() == {"object": "letter-B"}
@@ -70,8 +70,8 @@ def test_what_may_be_left_out(path: Path) -> None:
     bench = load_bench(path)
     assert bench.scene is None
     assert bench.on_abort == "stop"
-    assert bench.stage.transport is not None
-    assert bench.stage.transport.settings.model_dump() == {"answer_delay_s": 0.01}
+    assert bench.devices["stage"].transport is not None
+    assert bench.devices["stage"].transport.settings.model_dump() == {"answer_delay_s": 0.01}
 
 
 def test_the_recording_gets_names_versions_and_all_settings(path: Path) -> None:

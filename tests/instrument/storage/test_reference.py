@@ -22,6 +22,7 @@ def write(path: Path) -> None:
         path,
         Plan(frames=2, image_size=8),
         picture_time_s=50e-6,
+        with_truth=True,
         devices={"modulator": someone, "counter": someone, "stage": someone},
     ) as writer:
         writer.append_raw(CountBlock(first_bin=0, counts=np.arange(12, dtype=np.uint32)))

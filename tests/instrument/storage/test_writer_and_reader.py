@@ -36,7 +36,9 @@ def test_a_whole_run_comes_back_with_all_its_figures(tmp_path: Path) -> None:
     path = tmp_path / "run.h5"
     truth = Truth(displacement_px=np.arange(16.0).reshape(8, 2), image=np.eye(8))
     mask = np.arange(8) != 3
-    with RecordingWriter(path, PLAN, picture_time_s=50e-6, dead_time_s=20e-9, dark_rate_hz=12.5) as writer:
+    with RecordingWriter(
+        path, PLAN, picture_time_s=50e-6, dead_time_s=20e-9, dark_rate_hz=12.5, with_truth=True
+    ) as writer:
         whole = block(COUNTS)
         writer.append_raw(whole)
         writer.append(COUNTS, whole.opening_edge_s)
@@ -92,18 +94,17 @@ def test_the_raw_counts_stay_in_order_of_arrival_when_the_audit_moves_values(tmp
     """One pattern was missed: 11 counts came, and the audit leaves a gap at pattern 4."""
     path = tmp_path / "run.h5"
     arrived = np.arange(11, dtype=np.float64)
-    placed = np.insert(arrived, 4, np.nan).reshape(2, 6)
-    edges = np.insert(arrived * 50e-6, 4, np.nan).reshape(2, 6)
+    placed = np.insert(arrived, 4, np.nan)
+    edges = np.insert(arrived * 50e-6, 4, np.nan)
     with RecordingWriter(path, PLAN, picture_time_s=50e-6) as writer:
         for first in (0, 5):
-            part = block(arrived[first : first + 6] if first else arrived[:5], first)
-            writer.append_raw(part)
-            writer.append(part.counts.astype(np.float64), part.opening_edge_s)
-        writer.finish(values=placed, edge_time_s=edges)
+            writer.append_raw(block(arrived[first : first + 6] if first else arrived[:5], first))
+        writer.append(placed, edges)
+        writer.finish()
 
     recording = open_recording(path)
 
-    np.testing.assert_array_equal(recording.values, placed)
+    np.testing.assert_array_equal(recording.values.ravel(), placed)
     np.testing.assert_array_equal(recording.frame_valid, [False, True])
     with plain.opened(path) as file:
         np.testing.assert_array_equal(file["entry/instrument/counter/raw_counts"], arrived)
@@ -240,7 +241,7 @@ def test_a_second_interrupt_while_it_finishes_is_the_error_that_is_seen(
     path = tmp_path / "run.h5"
     writer = RecordingWriter(path, PLAN, picture_time_s=50e-6)
     writer.append(COUNTS)
-    monkeypatch.setattr("instrument.storage.edit.os.fsync", interrupt)
+    monkeypatch.setattr("instrument.storage.writer.os.fsync", interrupt)
     with writer, pytest.raises(KeyboardInterrupt):
         writer.finish()
     np.testing.assert_array_equal(open_recording(path).values.ravel(), COUNTS)

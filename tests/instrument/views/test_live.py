@@ -7,15 +7,15 @@ import pytest
 from rich.console import Console
 from rich.progress import Progress
 
-from instrument.live import LiveCounters, LiveUpdate
+from instrument.session import ImageEvent, TrackingEvent
 from instrument.views.live import LiveView, Trace, half_blocks, sparkline
-from protocols import Floats
 
 
-def _update(frame: int, image: Floats | None = None, *, final: bool = False) -> LiveUpdate:
-    counters = LiveCounters(frames=frame, frames_dropped=2, images=5, images_skipped=3)
+def _tracked(frame: int, *, final: bool = False) -> TrackingEvent:
     places_px = np.arange(frame - 10.0, frame)[:, None] * [0.5, -0.25]
-    return LiveUpdate(frame, places_px, image, counters, final)
+    return TrackingEvent(
+        frame=frame, displacement_px=places_px, frames_dropped=2, images=5, images_skipped=3, final=final
+    )
 
 
 def test_a_sparkline_goes_from_the_lowest_to_the_highest_block() -> None:
@@ -59,8 +59,8 @@ def test_without_a_terminal_a_line_of_figures_is_printed_each_second_at_most() -
     out, times = io.StringIO(), iter([0.0, 0.4, 0.9, 1.1, 1.2])
     with LiveView(Progress(), console=Console(file=out), now_s=lambda: next(times)) as view:
         for frame in (10, 20, 30, 40):
-            view.show(_update(frame))
-        view.show(_update(50, final=True))
+            view(_tracked(frame))
+        view(_tracked(50, final=True))
     assert out.getvalue().splitlines() == [
         f"frame {frame}: x {x} px, y {y} px, 5 images, 3 skipped, 2 frames dropped"
         for frame, x, y in ((10, "+4.50", "-2.25"), (40, "+19.50", "-9.75"), (50, "+24.50", "-12.25"))
@@ -77,9 +77,9 @@ def test_in_a_terminal_bars_figures_way_and_image_are_drawn(terminal: Console) -
     bars = Progress(console=terminal)
     bars.add_task("patterns counted", total=10)
     with LiveView(bars, console=terminal) as view:
-        view.show(_update(10))
-        view.show(_update(20, np.eye(64)))
-        view.show(_update(30))  # without an image: the last one stays
+        view(_tracked(10))
+        view(ImageEvent(frame=20, image=np.eye(64)))
+        view(_tracked(30))  # without an image: the last one stays
     assert isinstance(terminal.file, io.StringIO)
     drawn = terminal.file.getvalue()
     last = drawn[drawn.rindex("patterns counted") :]

@@ -1,15 +1,27 @@
 """A bench of simulated devices, used as a lab script uses it, and broken on purpose."""
 
+import itertools
+import os
+import signal
 from pathlib import Path
+from threading import Event as ThreadEvent
 
 import numpy as np
 import pytest
 
-from instrument.acquisition import AlignedBlock
-from instrument.instrument import Instrument
 from instrument.plan import MotionPlan
+from instrument.session import BlockEvent, Event, Instrument
 from instrument.storage import open_recording
-from protocols import InputError, PatternMemoryFull, PlanError, SafeStateFailed, TravelExceeded, TriggerMissed
+from protocols import (
+    CountBlock,
+    InputError,
+    PatternMemoryFull,
+    PlanError,
+    SafeStateFailed,
+    TravelExceeded,
+    TriggerMissed,
+)
+from tests.support import plain_hdf5 as plain
 from tests.support.benches import SMALL, bench_toml
 
 
@@ -43,9 +55,10 @@ def test_the_same_seed_gives_the_same_counts_to_the_bit(tmp_path: Path) -> None:
 
 
 def test_whoever_looks_on_gets_every_pattern_once_and_in_order(tmp_path: Path) -> None:
-    seen: list[AlignedBlock] = []
+    heard: list[Event] = []
     with Instrument.from_toml(bench_toml(tmp_path)) as bench:
-        recording = bench.run(SMALL, tmp_path / "run.h5", on_block=seen.append)
+        recording = bench.run(SMALL, tmp_path / "run.h5", listeners=[heard.append])
+    seen = [event.block for event in heard if isinstance(event, BlockEvent) and event.block is not None]
     assert [b.first_pattern for b in seen] == np.cumsum([0, *(len(b.values) for b in seen[:-1])]).tolist()
     np.testing.assert_array_equal(np.concatenate([b.values for b in seen]), recording.values.ravel())
 
@@ -80,17 +93,36 @@ def test_a_stall_is_a_typed_error_and_a_shorter_recording(tmp_path: Path) -> Non
     assert np.flatnonzero(recording.frame_valid).tolist() == list(range(16))
 
 
-def test_an_interrupt_keeps_what_was_recorded(tmp_path: Path) -> None:
-    def interrupt(block: AlignedBlock) -> None:
-        raise KeyboardInterrupt
+def interrupt_after_a_block(bench: Instrument, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let Ctrl-C come when the counter is read for the second time, and wait until the modulator was halted for it."""
+    read, halt, reads, halted = bench.counter.read, bench.modulator.halt, itertools.count(), ThreadEvent()
 
+    def reading(timeout_s: float) -> CountBlock:
+        if next(reads) == 1:
+            os.kill(os.getpid(), signal.SIGINT)
+            assert halted.wait(10)
+        return read(timeout_s)
+
+    def halting() -> None:
+        halt()
+        halted.set()
+
+    monkeypatch.setattr(bench.counter, "read", reading)
+    monkeypatch.setattr(bench.modulator, "halt", halting)
+
+
+def test_an_interrupt_keeps_what_was_recorded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out = tmp_path / "run.h5"
     with Instrument.from_toml(bench_toml(tmp_path)) as bench:
-        with pytest.raises(KeyboardInterrupt):
-            bench.run(SMALL, out, on_block=interrupt)
+        with monkeypatch.context() as patch:
+            interrupt_after_a_block(bench, patch)
+            with pytest.raises(KeyboardInterrupt) as caught:
+                bench.run(SMALL.model_copy(update={"frames": 1000}), out)
+        assert any("of 6000 patterns are kept in" in note for note in caught.value.__notes__)
         assert not bench.modulator.running
         assert bench.run(SMALL, tmp_path / "again.h5").frame_valid.all()
     assert len(open_recording(out)) > 0
+    assert "Ctrl-C" in plain.text(out, "entry/interrupted")
 
 
 def test_an_existing_file_is_refused_before_anything_moves(tmp_path: Path) -> None:
@@ -164,15 +196,14 @@ def test_a_run_that_leaves_the_bench_unsafe_still_says_what_is_kept(
 
 
 @pytest.mark.parametrize(("on_abort", "rest_mm"), [("stop", 10.0), ("hold", 25.0), ("home", 0.0)])
-def test_the_stage_does_after_an_abort_what_bench_toml_says(tmp_path: Path, on_abort: str, rest_mm: float) -> None:
+def test_the_stage_does_after_an_abort_what_bench_toml_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, on_abort: str, rest_mm: float
+) -> None:
     """Ramps are 6.25 mm. The first block comes 150 ms, 3.75 mm, into a cruise of 12.5 mm; a stop is immediate."""
-
-    def interrupt(block: AlignedBlock) -> None:
-        raise KeyboardInterrupt
-
     long = SMALL.model_copy(update={"frames": 1000})
     with Instrument.from_toml(bench_toml(tmp_path, stage=f'on_abort = "{on_abort}"')) as bench:
+        interrupt_after_a_block(bench, monkeypatch)
         with pytest.raises(KeyboardInterrupt):
-            bench.run(long, tmp_path / "run.h5", on_block=interrupt)
+            bench.run(long, tmp_path / "run.h5")
         bench.devices.clock.sleep_s(5)
         assert bench.stage.position().reported_mm == pytest.approx(rest_mm, abs=0.05)

@@ -8,6 +8,7 @@ import numpy as np
 
 from instrument.storage.edit import rewritten
 from instrument.storage.hdf5 import open_to_read
+from instrument.storage.in_use import refuse_while_written
 from instrument.storage.json_text import json_text
 from instrument.storage.provenance import PROGRAM, now, program_version
 from instrument.storage.reader import open_recording
@@ -25,7 +26,9 @@ def write_analysis(
 ) -> None:
     """Write ``/entry/analysis`` and make its image the default plot. An earlier analysis is replaced; raw data stay as they are.
 
-    All or nothing: if it fails, the file is as it was before.
+    All or nothing: if it fails, the file is as it was before. A copy of the recording, with the analysis, takes its place, so
+    that whoever has it open keeps the old one. A recording that is being written is refused; ``in_use.refuse_while_written``
+    says what that covers.
 
     Args:
         path: the recording.
@@ -37,11 +40,12 @@ def write_analysis(
         settings: how the analysis was done; stored as JSON.
 
     Raises:
-        InputError: ``path`` is no readable recording.
+        InputError: ``path`` is no readable recording, or is being recorded now.
         ValueError: arrays whose shapes do not go with the recording.
     """
     path = Path(path)
     frames = len(open_recording(path))
+    refuse_while_written(path)
     for name, rows in (("displacement_px", displacement_px), ("sigma_px", sigma_px)):
         if rows is not None and rows.shape != (frames, 2):
             raise ValueError(f"{name} of shape {rows.shape} for {frames} frames")

@@ -1,0 +1,51 @@
+"""The bench as one thing, and a run as a handle: started, watched, waited for, aborted, from any thread."""
+
+from instrument.acquisition import Devices, Phase
+from instrument.session.channel import Channel, Follower, Listener, Publish, Subscription
+from instrument.session.errors import RunAborted, RunNotOver
+from instrument.session.events import (
+    BlockEvent,
+    Event,
+    FindingEvent,
+    FinishedEvent,
+    ImageEvent,
+    PhaseEvent,
+    TrackingEvent,
+    UploadEvent,
+    event_from_json,
+)
+from instrument.session.feed import Feed
+from instrument.session.instrument import Instrument
+from instrument.session.opening import open_devices
+from instrument.session.run import Run
+from instrument.session.safety import make_safe
+from instrument.session.snapshot import ListenerFailure, RunState, Snapshot
+
+__all__ = [
+    "BlockEvent",
+    "Channel",
+    "Devices",
+    "Event",
+    "Feed",
+    "FindingEvent",
+    "FinishedEvent",
+    "Follower",
+    "ImageEvent",
+    "Instrument",
+    "Listener",
+    "ListenerFailure",
+    "Phase",
+    "PhaseEvent",
+    "Publish",
+    "Run",
+    "RunAborted",
+    "RunNotOver",
+    "RunState",
+    "Snapshot",
+    "Subscription",
+    "TrackingEvent",
+    "UploadEvent",
+    "event_from_json",
+    "make_safe",
+    "open_devices",
+]

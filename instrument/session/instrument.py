@@ -1,0 +1,190 @@
+"""The bench as one thing: composes the devices, runs plans, keeps everything safe."""
+
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from threading import Lock
+from typing import Self
+
+from instrument.acquisition import CheckReport, Devices, check_plan
+from instrument.config import OnAbort, load_bench
+from instrument.plan import Plan
+from instrument.recording import Recording
+from instrument.schemes import scheme_of
+from instrument.session.channel import Listener
+from instrument.session.opening import open_devices
+from instrument.session.run import Run
+from instrument.session.safety import make_safe
+from instrument.session.work import Job
+from instrument.storage import refuse_existing, refuse_full_disk
+from protocols import LinearStage, PatternModulator, PhotonCounter, SafeStateFailed, WrongState
+
+
+class Instrument:
+    """Modulator, counter and stage as one bench.
+
+    A context manager, open from construction on. Leaving it, by any road, ends a run that goes on, makes every device safe and
+    closes it.
+    """
+
+    def __init__(
+        self,
+        devices: Devices,
+        *,
+        on_abort: OnAbort = "stop",
+        px_per_mm: float | None = None,
+        description: str = "{}",
+    ) -> None:
+        """Take over open devices; ``Devices.of`` composes those that a script has opened itself.
+
+        Args:
+            devices: by role.
+            on_abort: what the stage does when a run is broken off.
+            px_per_mm: image pixels a millimetre of stage travel, where it was measured.
+            description: JSON of the bench, for the recording.
+        """
+        self._devices = devices
+        self._on_abort: OnAbort = on_abort
+        self._px_per_mm = px_per_mm
+        self._description = description
+        self._run: Run | None = None
+        self._starting = Lock()
+
+    @classmethod
+    def from_toml(cls, path: str | Path) -> Self:
+        """Open the bench that bench.toml describes.
+
+        Raises:
+            ConfigError: every mistake in the file at once.
+            DeviceError: a device did not open; those opened before are closed again.
+        """
+        config = load_bench(path)
+        return cls(
+            open_devices(config),
+            on_abort=config.on_abort,
+            px_per_mm=config.px_per_mm,
+            description=config.as_json(),
+        )
+
+    @property
+    def devices(self) -> Devices:
+        """All devices by role, and the clock they share."""
+        return self._devices
+
+    @property
+    def modulator(self) -> PatternModulator:
+        """The modulator, for scripts that drive it alone."""
+        return self._devices.modulator
+
+    @property
+    def counter(self) -> PhotonCounter:
+        """The counter, for scripts that drive it alone."""
+        return self._devices.counter
+
+    @property
+    def stage(self) -> LinearStage:
+        """The stage, for scripts that move it."""
+        return self._devices.stage
+
+    def check(self, plan: Plan) -> CheckReport:
+        """Ask everything that can be asked of a plan. Nothing moves and nothing is shown."""
+        limits = self.modulator.limits
+        return check_plan(
+            plan,
+            sequence=lambda: scheme_of(plan).sequence(limits.columns, limits.rows),
+            modulator=limits,
+            counter=self.counter.limits,
+            stage=self.stage,
+            px_per_mm=self._px_per_mm,
+        )
+
+    def start(
+        self,
+        plan: Plan,
+        out: str | Path | None = None,
+        *,
+        overwrite: bool = False,
+        listeners: Sequence[Listener] = (),
+    ) -> Run:
+        """Check a plan, begin to carry it out, and return at once with a handle on the run.
+
+        Args:
+            plan: checked before anything moves.
+            out: the file; None takes ``run-<date>-<time>.h5`` in the working directory.
+            overwrite: replace the file if it exists.
+            listeners: told of every event, each on a thread of its own.
+
+        Raises:
+            PlanError: the bench cannot carry out the plan; nothing has moved.
+            InputError: the file exists, or has no room.
+            WrongState: a run goes on.
+        """
+        with self._starting:
+            if self._run is not None and not self._run.done:
+                raise WrongState(
+                    saw=f"a second run while one is {self._run.state}",
+                    expected="one run at a time",
+                    remedy="wait for the end of the first, or abort it",
+                )
+            sequence = self.check(plan).passed()
+            path = Path(out) if out is not None else Path(f"run-{datetime.now(UTC):%Y%m%d-%H%M%S}.h5")
+            refuse_existing(path, overwrite=overwrite)
+            refuse_full_disk(path, plan.patterns)
+            job = Job(plan, sequence, self._devices, path, overwrite, self._on_abort, self._description)
+            self._run = Run(job, tuple(listeners))  # known before it begins: an interrupt here finds it
+            self._run.begin()
+            return self._run
+
+    def run(
+        self,
+        plan: Plan,
+        out: str | Path | None = None,
+        *,
+        overwrite: bool = False,
+        listeners: Sequence[Listener] = (),
+    ) -> Recording:
+        """Carry out a plan and give its recording, which is written to ``out`` while the run goes on.
+
+        As ``start``, and a wait for the end. An interrupt (Ctrl-C) aborts the run: the bench is safe and the file is closed when
+        ``KeyboardInterrupt`` is raised. Listeners have a second after the end to take what is left.
+
+        Raises:
+            PlanError: the bench cannot carry out the plan; nothing has moved.
+            InputError: the file exists, or has no room.
+            WrongState: a run goes on.
+            DeviceError: a device failed. What was recorded until then is kept; the error's notes name the file.
+            TimingFault: likewise, for lost sync edges.
+            RunAborted: likewise, where another thread aborted it.
+        """
+        with self.start(plan, out, overwrite=overwrite, listeners=listeners) as run:
+            return run.wait()
+
+    def close(self) -> None:
+        """End a run that goes on, make every device safe and close it.
+
+        Raises:
+            SafeStateFailed: names each device that could not be made safe; all were tried, and all were closed.
+        """
+        if self._run is not None and not self._run.done:
+            self._run.settle("the bench was closed")
+        unsafe: SafeStateFailed | None = None
+        try:
+            make_safe(self._devices)
+        except SafeStateFailed as failed:
+            unsafe = failed
+        try:
+            self._devices.closing.close()
+        except Exception as error:
+            if unsafe is None:
+                raise
+            unsafe.add_note(f"closing it failed too: {error}")
+        if unsafe is not None:
+            raise unsafe
+
+    def __enter__(self) -> Self:
+        """Give the open bench."""
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        """End a run that goes on, make every device safe and close it."""
+        self.close()

@@ -1,0 +1,224 @@
+"""What the thread of a run does: prepare, acquire, come to rest, close the file."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+from typing import Final
+
+from instrument.acquisition import AlignedBlock, Devices, Outcome, Phase, acquire, prepare
+from instrument.config import OnAbort
+from instrument.frame_times import frame_middle_s
+from instrument.plan import Plan
+from instrument.recording import TimingReport
+from instrument.session.aborting import AbortRequest
+from instrument.session.errors import RunAborted
+from instrument.session.events import BlockEvent, Event, FindingEvent, PhaseEvent, UploadEvent
+from instrument.session.safety import make_safe, stop_at_once
+from instrument.storage import RecordingWriter
+from protocols import CountBlock, ModulatorTiming, Motion, PatternSequence, SafeStateFailed
+
+_FINDINGS: Final = 20  # patterns told one by one; all are in the timing report
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """A run that has passed its checks, and has not begun."""
+
+    plan: Plan
+    sequence: PatternSequence
+    devices: Devices
+    path: Path
+    overwrite: bool
+    on_abort: OnAbort
+    description: str
+    """JSON of the bench."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ending:
+    """How a run ended."""
+
+    error: BaseException | None
+    """What ended it early."""
+
+    kept: str
+    """What was kept, in words."""
+
+    path: Path | None = None
+    """The recording; None where nothing is kept."""
+
+    report: TimingReport | None = None
+    """The timing audit; None where the run broke before it."""
+
+
+class _Host:
+    """``acquisition.Host``: puts blocks into the file first, then tells whoever listens; ends the run that is aborted."""
+
+    def __init__(self, job: Job, publish: Callable[[Event], None], abort: AbortRequest) -> None:
+        self._job = job
+        self._publish = publish
+        self._findings = 0
+        self.abort = abort
+        self.writer: RecordingWriter | None = None
+        self.stored = 0
+        """Patterns in the file."""
+
+    def tell(self, phase: Phase) -> None:
+        self._publish(PhaseEvent(phase=phase))
+
+    def phase(self, phase: Phase) -> None:
+        self.checkpoint()
+        self.tell(phase)
+
+    def uploaded(self, stored: int, total: int) -> None:
+        self._publish(UploadEvent(stored=stored, total=total))
+        self.checkpoint()
+
+    def raw(self, block: CountBlock) -> None:
+        if self.writer is not None:
+            self.writer.append_raw(block)
+
+    def placed(self, block: AlignedBlock) -> None:
+        if self.writer is not None:
+            self.writer.append(block.values, block.edge_time_s)
+            self.stored += len(block.values)
+        self._publish(BlockEvent.of(block))
+        for message in chain(
+            (f"pattern {k}: its sync edge is missing" for k in block.gaps.tolist()),
+            (f"pattern {k}: a surplus sync edge came" for k in block.doubles.tolist()),
+            (f"pattern {k}: its length is off by more than a quarter" for k in block.irregular.tolist()),
+        ):
+            if self._findings < _FINDINGS:
+                self.find(message)
+
+    def find(self, message: str) -> None:
+        self._findings += 1
+        self._publish(FindingEvent(message=message))
+
+    def checkpoint(self) -> None:
+        self.abort.check()
+
+    def broke(self) -> None:
+        stop_at_once(self._job.devices, self._job.on_abort)
+
+
+def carry_out(job: Job, publish: Callable[[Event], None], abort: AbortRequest) -> Ending:
+    """Carry out a run to whatever end, and leave devices at rest and the file closed.
+
+    Nothing is raised: what ended the run early is in the ending, with notes that say what is kept. Devices are made safe
+    before the file is closed.
+
+    Args:
+        job: what to do.
+        publish: told of everything; must return at once and never raise.
+        abort: may end it.
+    """
+    host = _Host(job, publish, abort)
+    if job.devices.scene is not None:
+        job.devices.scene.use_grid(job.sequence.grid)
+    try:
+        host.checkpoint()
+        timing = prepare(job.plan, job.sequence, job.devices, host)
+        host.checkpoint()  # an older recording is not overwritten for nothing
+        host.writer = _writer(job, timing)
+    except BaseException as early:  # noqa: BLE001 - it is told to whoever waits
+        abort.close()
+        return Ending(_at_rest(job, host, early, None, kept := "nothing was recorded"), kept)
+    outcome = acquire(
+        job.plan,
+        timing,
+        job.devices,
+        host,
+        patterns=job.sequence.n_patterns,
+        patterns_per_frame=job.plan.patterns_per_frame,
+    )
+    abort.close()
+    kept, keeps = _kept(job, host.stored, outcome)
+    error = outcome.error
+    if error is not None:
+        error = _at_rest(job, host, error, outcome.motion, kept)
+    host.tell("storing")
+    for note in outcome.report.notes:
+        host.find(note)
+    error = _finished(job, host.writer, host.stored, outcome, error, keeps=keeps)
+    return Ending(error, kept, job.path if keeps else None, outcome.report)
+
+
+def _writer(job: Job, timing: ModulatorTiming) -> RecordingWriter:
+    limits = job.devices.counter.limits
+    return RecordingWriter(
+        job.path,
+        job.plan,
+        picture_time_s=timing.picture_time_us * 1e-6,
+        bench=job.description,
+        devices=job.devices.identities(),
+        dead_time_s=limits.dead_time_s,
+        dark_rate_hz=limits.dark_rate_hz,
+        with_truth=job.devices.scene is not None,
+        overwrite=job.overwrite,
+    )
+
+
+def _kept(job: Job, stored: int, outcome: Outcome) -> tuple[str, bool]:
+    """What is kept, in words, and whether anything is."""
+    report = outcome.report
+    if stored:
+        return f"{stored} of {job.sequence.n_patterns} patterns are kept in {job.path}", True
+    if report.bins_received:
+        return f"no pattern could be told apart; {report.bins_received} raw counts are kept in {job.path}", True
+    return "nothing was recorded", False
+
+
+def _at_rest(job: Job, host: _Host, broken_by: BaseException, motion: Motion | None, kept: str) -> BaseException:
+    """Make the bench safe after an error, and give what to raise: devices that could not be made safe are worse than it."""
+    error = broken_by
+    if host.abort.why is not None and not isinstance(error, RunAborted):
+        error = RunAborted(host.abort.why)
+        error.__cause__ = broken_by  # a motion that was stopped, a modulator that was halted
+    host.tell("making safe")
+    try:
+        make_safe(job.devices, job.on_abort, motion)
+    except SafeStateFailed as unsafe:
+        unsafe.add_note(f"it came after: {error or type(error).__name__}")
+        unsafe.__cause__ = error
+        error = unsafe
+    error.add_note(kept)
+    return error
+
+
+def _finished(
+    job: Job, writer: RecordingWriter, stored: int, outcome: Outcome, error: BaseException | None, *, keeps: bool
+) -> BaseException | None:
+    """Close the file; give what ended the run early, which may be that."""
+    try:
+        if not keeps:
+            writer.discard()
+            return error
+        per_frame, scene = job.plan.patterns_per_frame, job.devices.scene
+        frames = -(-stored // per_frame)
+        frame_valid = outcome.frame_valid[:frames].copy()
+        frame_valid[stored // per_frame :] = False  # what was counted and could not be stored
+        middle_s = frame_middle_s(frames, per_frame * writer.picture_time_s)
+        writer.finish(
+            frame_valid=frame_valid,
+            report=outcome.report.model_dump_json(),
+            truth=scene.truth(middle_s) if scene is not None and frames else None,
+            interrupted=_reason(error),
+        )
+    except BaseException as failure:  # noqa: BLE001 - the counts are in the file; whoever waits is told
+        note = f"{job.path} holds what was measured, but could not be closed well: {failure}"
+        if error is None:
+            failure.add_note(note)
+            return failure
+        error.add_note(note)
+    finally:
+        writer.close()
+    return error
+
+
+def _reason(error: BaseException | None) -> str:
+    """What the recording says of why it is partial; nothing for a run that came to its end."""
+    if isinstance(error, RunAborted):
+        return f"aborted: {error.why}"
+    return "" if error is None else str(error) or type(error).__name__

@@ -1,0 +1,100 @@
+"""Runs that are aborted from another thread at random moments end safe, and what they kept is valid."""
+
+import random
+from collections.abc import Generator
+from contextlib import contextmanager
+from pathlib import Path
+from threading import Thread
+
+import numpy as np
+import pytest
+
+from instrument.plan import MotionPlan, Plan
+from instrument.session import Instrument, Run, RunAborted
+from instrument.storage import open_recording
+from protocols import CounterRun
+from tests.faults.bench import bench_toml
+from tests.faults.row import Row
+from tests.support import plain_hdf5 as plain
+
+PLAN = Plan(
+    frames=20,
+    image_size=8,
+    pattern_rate_hz=1000,
+    motion=MotionPlan(start_mm=1.0, velocity_mm_s=25.0, acceleration_mm_s2=200.0),
+)
+"""120 patterns of 1 ms: three blocks."""
+
+BENCHES = {
+    "simulated": Row(fault="none"),
+    "alp, ni, mc600": Row(fault="none", modulator="alp", counter="ni", stage="mc600"),
+    "alp, usb-ctr, sc300": Row(fault="none", modulator="alp", counter="usb-ctr", stage="sc300"),
+}
+
+
+@contextmanager
+def aborted_at(run: Run, moment: int) -> Generator[None]:
+    """Abort a run from a thread of its own when that many events have come, twice."""
+
+    def abort() -> None:
+        for count, _event in enumerate(feed):
+            if count == moment:
+                run.abort("the test")
+                run.abort("the test, again")
+
+    feed = run.events()
+    aborting = Thread(target=abort)
+    aborting.start()
+    yield
+    aborting.join()
+
+
+def assert_safe(bench: Instrument) -> None:
+    """The stage stands, nothing is shown, and the counter can be armed and disarmed, which one that is armed refuses.
+
+    A stage that was stopped at 25 mm/s has ramped down after 0.125 s at 200 mm/s^2.
+    """
+    clock = bench.devices.clock
+    assert not bench.modulator.running
+    clock.sleep_s(0.5)
+    at_mm = bench.stage.position().reported_mm
+    clock.sleep_s(0.5)
+    assert bench.stage.position().reported_mm == at_mm
+    bench.counter.arm(CounterRun(n_bins=10, period_s=1e-3))
+    assert bench.counter.disarm().bins_closed == 0
+
+
+def assert_valid(path: Path, *, complete: bool) -> None:
+    """It opens, by our reader and by plain h5py, and says why it is partial."""
+    recording = open_recording(path)
+    assert len(recording) <= PLAN.frames
+    assert recording.timing is not None
+    assert recording.timing.patterns_recorded == np.isfinite(recording.values).sum()
+    assert (plain.attribute(path, "entry", "complete") == 1) == complete
+    assert ("the test" in plain.text(path, "entry/interrupted")) == (not complete)
+
+
+@pytest.mark.parametrize(("name", "runs"), [("simulated", 100), ("alp, ni, mc600", 50), ("alp, usb-ctr, sc300", 50)])
+def test_a_run_that_is_aborted_at_a_random_moment_ends_safe_with_a_valid_recording(
+    tmp_path: Path, name: str, runs: int
+) -> None:
+    """Two hundred runs in all: each on a bench that has run before, so that the next run also shows that nothing stuck."""
+    chance, outcomes = random.Random(7), set[str]()
+    with Instrument.from_toml(bench_toml(BENCHES[name], tmp_path)) as bench:
+        for turn in range(runs):
+            path = tmp_path / f"{turn}.h5"
+            run = bench.start(PLAN, path)
+            with aborted_at(run, chance.randrange(12)):
+                try:
+                    run.wait(20)
+                except RunAborted as aborted:
+                    assert any("kept" in note or "nothing" in note for note in aborted.__notes__)  # noqa: PT017
+            outcomes.add(run.state)
+            assert run.state in ("done", "aborted")
+            assert_safe(bench)
+            finished = run.snapshot.finished
+            assert finished is not None
+            assert path.exists() == (finished.path is not None)
+            if path.exists():
+                assert_valid(path, complete=run.state == "done")
+    assert "aborted" in outcomes
