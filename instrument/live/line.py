@@ -43,7 +43,8 @@ class LiveUpdate:
     """Frames followed so far: the newest is number ``frame - 1``."""
 
     displacement_px: Floats
-    """``(n, 2)`` x, y of the newest n frames, relative to frame 0, as known when they came; n may be 0."""
+    """``(n, 2)`` x, y of the newest n frames, relative to frame 0, as known when they came; n may be 0, and is where the scheme
+    sees no position."""
 
     image: Floats | None
     """``(m, m)`` row = y (down), column = x, in values for one lit pixel; None before there is one."""
@@ -113,7 +114,8 @@ class LiveLine:
                 if self._imager is not None:
                     self._imager.add(values, displacement_px)
                 self._followed += len(values)
-                self._new_px.append(displacement_px)
+                if self._tracker is not None:
+                    self._new_px.append(displacement_px)
         if self._imager is None:
             return
         newly_due = self._followed // self._frames_an_image - before // self._frames_an_image
