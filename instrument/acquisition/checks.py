@@ -6,6 +6,7 @@ from typing import Literal
 
 import numpy as np
 
+from instrument.config import PluginBroken
 from instrument.plan import Plan
 from instrument.schemes import scheme_of
 from protocols import (
@@ -140,7 +141,15 @@ def _memory(plan: Plan, limits: ModulatorLimits, sequence: Callable[[], PatternS
         error = PatternMemoryFull("modulator", pictures, limits.play_order_entries, "pictures in the play order")
         return [_error("memory", error)]
     built = sequence()
-    unique, pictures = len(built.planes), len(built.play_order)
+    unique, built_pictures = len(built.planes), len(built.play_order)
+    if built_pictures != pictures:
+        broken = PluginBroken(
+            device=f"scheme plug-in {plan.scheme.name!r}",
+            saw=f"a sequence of {built_pictures} pictures",
+            expected=f"{pictures}: {plan.frames} frames of {plan.patterns_per_frame} patterns, and the guard picture",
+            remedy="repair the scheme's sequence, or choose another scheme",
+        )
+        return [_error("patterns", broken)]
     found = [_good("field", f"{grid.side_mirrors} x {grid.side_mirrors} of {grid.columns} x {grid.rows} mirrors")]
     for what, asked, room in (
         ("unique patterns", unique, limits.unique_patterns),
