@@ -8,8 +8,9 @@ from pydantic import ConfigDict
 
 from instrument.plan import Plan
 from instrument.schemes import SchemePlugin, SchemeSettings
-from kinopix_zha.good import ZhaMoments, ZhaSettings
 from protocols import DriverPlugin, Floats, Frozen, PatternSequence
+
+from .good import ZhaMoments, ZhaSettings
 
 
 def open_device(settings: Frozen, context: object) -> tuple[Frozen, object]:
@@ -45,12 +46,15 @@ class Short(ZhaMoments):
         return replace(whole, play_order=whole.play_order[1:])
 
 
-def _settings(scheme: str, patterns: int | None = 5) -> type[Any]:
+def _settings(scheme: str, patterns: int = 5) -> type[Any]:
     """Settings of the good scheme under another name."""
-    own: dict[str, Any] = {"__annotations__": {"name": str}, "name": scheme, "__module__": __name__}
-    made = type("OwnSettings", (ZhaSettings,), own)
-    made.patterns_per_frame = patterns
-    return made
+    own: dict[str, Any] = {
+        "__annotations__": {"name": str, "patterns_per_frame": ClassVar[int]},
+        "__module__": __name__,
+        "name": scheme,
+        "patterns_per_frame": patterns,
+    }
+    return type("OwnSettings", (ZhaSettings,), own)
 
 
 class LooseSettings(SchemeSettings):
@@ -75,7 +79,7 @@ class UncountedSettings(SchemeSettings):
 
 foreign = DriverPlugin("A driver where a scheme belongs", ForeignSettings, open_device)
 loose: SchemePlugin[Any] = SchemePlugin("Takes anything", LooseSettings, ZhaMoments)
-other_settings: SchemePlugin[Any] = SchemePlugin("No settings", ForeignSettings, ZhaMoments)  # type: ignore[type-var]
+other_settings: SchemePlugin[Any] = SchemePlugin("No settings", ForeignSettings, ZhaMoments)
 uncounted: SchemePlugin[Any] = SchemePlugin("Does not count", UncountedSettings, ZhaMoments)
 nameless: SchemePlugin[Any] = SchemePlugin("Another's settings", ZhaSettings, ZhaMoments)
 nothing: SchemePlugin[Any] = SchemePlugin("No scheme", _settings("zha-nothing"), make_nothing)
