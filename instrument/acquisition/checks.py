@@ -6,6 +6,7 @@ from typing import Literal, cast
 
 import numpy as np
 
+from instrument.config import PluginBroken
 from instrument.plan import Plan
 from instrument.schemes import scheme_of
 from protocols import (
@@ -143,7 +144,17 @@ def _built(plan: Plan, limits: ModulatorLimits, sequence: Callable[[], PatternSe
         limits.check_play_order(plan.patterns + 1, "modulator")
     except PlanError as error:
         return _error("memory", error)
-    return sequence()
+    built = sequence()
+    pictures = plan.patterns + 1
+    if len(built.play_order) != pictures:
+        broken = PluginBroken(
+            device=f"scheme plug-in {plan.scheme.name!r}",
+            saw=f"a sequence of {len(built.play_order)} pictures",
+            expected=f"{pictures}: {plan.frames} frames of {plan.patterns_per_frame} patterns, and the guard picture",
+            remedy="repair the scheme's sequence, or choose another scheme",
+        )
+        return _error("patterns", broken)
+    return built
 
 
 def _memory(built: PatternSequence, limits: ModulatorLimits) -> list[Check]:

@@ -14,6 +14,9 @@ from protocols import Frozen, Truth
 _LIGHT_CHANGE: Final = 0.05
 """Change of the total light that is worth a warning."""
 
+_EXACT_DB: Final = 300.0
+"""PSNR that is stated for an image without any error: about what the digits of double precision allow."""
+
 _MISFIT: Final = 1.5
 """Misfit that is worth a warning."""
 
@@ -49,7 +52,7 @@ class Figures(Frozen):
     """The same with a constant shift removed."""
 
     psnr_db: float | None = None
-    """10 log10(1 / MSE) of the image, clipped to 0..1; after one least-squares gain for photon counts."""
+    """10 log10(1 / MSE) of the image, clipped to 0..1; after one least-squares gain for photon counts; 300 at most."""
 
     ssim_global: float | None = None
     """The formula of Li et al. (2023), with moments of the whole image."""
@@ -142,7 +145,7 @@ def _image_figures(
     image, fit_gain = reconstruction.image, measurement.photon_counts
     figures: dict[str, Any] = {"misfit": reconstruction.misfit if np.isfinite(reconstruction.misfit) else None}
     if truth is not None:
-        figures["psnr_db"] = psnr(image, truth.image, fit_gain=fit_gain)
+        figures["psnr_db"] = min(psnr(image, truth.image, fit_gain=fit_gain), _EXACT_DB)
         figures["ssim_global"] = ssim_global(image, truth.image, fit_gain=fit_gain)
         figures["ssim_local"] = ssim_local(image, truth.image, fit_gain=fit_gain)
     return figures

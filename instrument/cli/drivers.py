@@ -7,12 +7,12 @@ from rich.table import Table
 from instrument.cli.options import JsonOption, print_json
 from instrument.views import OUT, progress
 
-app = typer.Typer(help="List drivers, transports and scenes; look for devices.", invoke_without_command=True)
+app = typer.Typer(help="List drivers, transports, scenes and schemes; look for devices.", invoke_without_command=True)
 
 
 @app.callback()
 def listing(context: typer.Context, as_json: JsonOption = False) -> None:
-    """List every installed driver, transport and scene, with what is missing to use it."""
+    """List every installed driver, transport, scene and scheme, with what is missing to use it."""
     if context.invoked_subcommand:
         return
     from instrument.config import list_plugins

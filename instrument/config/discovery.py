@@ -3,7 +3,7 @@
 Nothing is skipped and nothing is replaced: a plug-in that is missing or broken is an error that says so.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Literal, Protocol, TypeAlias, cast, get_args
@@ -43,9 +43,22 @@ _TYPES: dict[PluginKind, type] = {
 }
 
 
-def register_plugin_type(kind: PluginKind, wanted: type) -> None:
-    """State of which type the plug-ins of a kind are; for kinds whose type stands on a higher floor than this module."""
+Fault: TypeAlias = tuple[str, str]
+"""What was seen of a plug-in that cannot serve, and what was expected."""
+
+_CHECKS: dict[PluginKind, Callable[[str, Any], Fault | None]] = {}
+
+
+def register_plugin_type(kind: PluginKind, wanted: type, check: Callable[[str, Any], Fault | None]) -> None:
+    """State of which type the plug-ins of a kind are; for kinds whose type stands on a higher floor than this module.
+
+    Args:
+        kind: which kind.
+        wanted: the type.
+        check: given a plug-in's name and a plug-in of that type, says why it cannot serve; None where it can.
+    """
     _TYPES[kind] = wanted
+    _CHECKS[kind] = check
 
 
 class PluginMissing(InputError):
@@ -97,6 +110,9 @@ class InstalledPlugin:
             raise self._broken(saw, f"a {wanted.__module__.split('.')[0]}.{wanted.__name__}")
         plugin = cast("Plugin", found)
         self._check_settings(plugin.settings)
+        fault = _CHECKS[self.kind](self.name, plugin) if self.kind in _CHECKS else None
+        if fault is not None:
+            raise self._broken(*fault)
         return plugin
 
     def load_driver(self) -> DriverPlugin[Any, Any]:

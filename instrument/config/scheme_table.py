@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Generic, TypeVar, cast
 from pydantic import field_validator
 
 from instrument.config.check import validate_table
-from instrument.config.discovery import PluginBroken, PluginMissing, find_plugin, register_plugin_type
+from instrument.config.discovery import Fault, PluginBroken, PluginMissing, find_plugin, register_plugin_type
 from instrument.config.document import Document
 from instrument.config.errors import Problem
 from protocols import Frozen
@@ -65,7 +65,26 @@ class SchemePlugin(Generic[SettingsT]):
     """Makes the ``Scheme`` that serves a ``Plan`` with these settings."""
 
 
-register_plugin_type("scheme", SchemePlugin)
+def _fault(name: str, plugin: SchemePlugin[Any]) -> Fault | None:
+    """Say why the settings of a scheme cannot be a plan's: they are no ``SchemeSettings``, or another scheme's."""
+    settings: type = plugin.settings
+    if not issubclass(settings, SchemeSettings):
+        return (
+            f"settings {settings.__name__} that are no SchemeSettings",
+            "a subclass of instrument.config.SchemeSettings",
+        )
+    if not isinstance(getattr(settings, "patterns_per_frame", None), int):
+        return f"settings {settings.__name__} without patterns_per_frame", "the patterns in a frame, as class variable"
+    own = settings.model_fields["name"].default
+    if own != name:
+        return (
+            f"settings {settings.__name__} whose name is {own!r}",
+            f"the name of its entry point, {name!r}, as default",
+        )
+    return None
+
+
+register_plugin_type("scheme", SchemePlugin, _fault)
 
 
 def scheme_plugin(name: str) -> SchemePlugin[Any]:

@@ -55,15 +55,15 @@ class LiveAnalysis:
     def follow(self, feed: Feed, publish: Publish) -> None:
         """Take blocks until the run is over, and publish what they show."""
         line, over = self._line, False
-        while not (over or line.complete) and (events := feed.take(wait=not line.images_due)) is not None:
+        while not (over or line.complete) and (events := feed.take(wait=not line.updates_due)) is not None:
             line.take([event.block for event in events if isinstance(event, BlockEvent) and event.block is not None])
             ends = [event for event in events if isinstance(event, FinishedEvent)]
             if any(end.outcome != "done" for end in ends):
                 return
             over = bool(ends)
-            if line.images_due and not (over or line.complete):
+            if line.updates_due and not (over or line.complete):
                 self._make_image(publish)
-        _tell(line.finish(), publish)
+        publish_update(line.finish(), publish)
 
     def _make_image(self, publish: Publish) -> None:
         """Spend as much on an image as lets the next one be in time on this machine."""
@@ -72,10 +72,10 @@ class LiveAnalysis:
         took_s = max(self._clock.now_s() - start_s, 1e-6)
         least, most = _EFFORTS
         self._effort = min(max(self._effort * (_BUSY * self._interval_s / took_s) ** 0.5, least), most)
-        _tell(update, publish)
+        publish_update(update, publish)
 
 
-def _tell(update: LiveUpdate, publish: Publish) -> None:
+def publish_update(update: LiveUpdate, publish: Publish) -> None:
     """Publish an update: its image, then the figures."""
     if update.image is not None:
         publish(ImageEvent(frame=update.frame, image=update.image, final=update.final))

@@ -43,7 +43,8 @@ class LiveUpdate:
     """Frames followed so far: the newest is number ``frame - 1``."""
 
     displacement_px: Floats
-    """``(n, 2)`` x, y of the newest n frames, relative to frame 0, as known when they came; n may be 0."""
+    """``(n, 2)`` x, y of the newest n frames, relative to frame 0, as known when they came; n may be 0, and is where the scheme
+    sees no position."""
 
     image: Floats | None
     """``(m, m)`` row = y (down), column = x, in values for one lit pixel; None before there is one."""
@@ -87,6 +88,11 @@ class LiveLine:
     @property
     def images_due(self) -> int:
         """Images that there would be time for now."""
+        return 0 if self._imager is None else self._due
+
+    @property
+    def updates_due(self) -> int:
+        """Updates that there would be time for now: with an image each, where the scheme has one."""
         return self._due
 
     @property
@@ -113,18 +119,22 @@ class LiveLine:
                 if self._imager is not None:
                     self._imager.add(values, displacement_px)
                 self._followed += len(values)
-                self._new_px.append(displacement_px)
-        if self._imager is None:
-            return
+                if self._tracker is not None:
+                    self._new_px.append(displacement_px)
         newly_due = self._followed // self._frames_an_image - before // self._frames_an_image
         if newly_due:
-            self._skipped += self._due
+            self._skip_due()
             self._due = newly_due
 
     def improve(self, effort: float = 1.0) -> LiveUpdate:
-        """Make one image that is due, with more or less effort; where there are too few frames for one, it is skipped."""
+        """Make one image that is due, with more or less effort; where there are too few frames for one, it is skipped.
+
+        Of a scheme that only tracks, the update holds the new displacements alone.
+        """
         self._due -= 1
-        image = None if self._imager is None else self._imager.improve(effort=effort)
+        if self._imager is None:
+            return self._update(None)
+        image = self._imager.improve(effort=effort)
         if image is None:
             self._skipped += 1
         else:
@@ -133,9 +143,12 @@ class LiveLine:
 
     def finish(self) -> LiveUpdate:
         """Skip what is still due and polish the image of all frames kept."""
-        self._skipped += self._due
-        self._due = 0
+        self._skip_due()
         return self._update(None if self._imager is None else self._imager.polish(), final=True)
+
+    def _skip_due(self) -> None:
+        self._skipped += self.images_due
+        self._due = 0
 
     def _update(self, image: Floats | None, *, final: bool = False) -> LiveUpdate:
         new_px = np.concatenate(self._new_px) if self._new_px else np.zeros((0, 2))

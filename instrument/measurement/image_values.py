@@ -32,13 +32,13 @@ class ImageValues:
     """``(rows,)``: variance of I_H+ - I_H-."""
 
     fixed: Floats
-    """``(rows, k)``: values of the patterns that are the same in every frame, in the order of their columns."""
+    """``(rows, k)``: values of the patterns that measure position, in the order of their columns."""
 
     fixed_variance: Floats
     """``(rows, k)``: variance of those."""
 
     time_s: Floats
-    """``(rows, 2 + k)``: when H+, H- and each fixed pattern were in their middle, from the first edge of the run on."""
+    """``(rows, 2 + k)``: when H+, H- and each position pattern were in their middle, from the first edge of the run on."""
 
     size: int
     """Pixels a side of the field."""
@@ -123,7 +123,7 @@ class ImageValues:
 
 
 def fixed_columns(scheme: Scheme) -> Integers:
-    """Columns of the patterns that are the same in every frame, ascending: those that measure position."""
+    """Columns of the patterns that measure position, ascending. They are the same in every frame."""
     if scheme.position is None:
         return np.zeros(0, np.int64)
     return np.unique(scheme.position.columns).astype(np.int64)

@@ -5,13 +5,13 @@ from typing import Self
 
 import numpy as np
 
-from instrument.measurement import ImageValues, Measurement
+from instrument.measurement import ImageValues, Measurement, fixed_columns
 from instrument.numerics import Stacked, Weighted
 from instrument.reconstruction.correlation import FixedPatterns
 from instrument.reconstruction.fourier_rows import FourierRows
 from instrument.reconstruction.region import Region
 from instrument.reconstruction.shifted_hadamard import ShiftedHadamard
-from instrument.schemes import Scheme, position_of
+from instrument.schemes import Scheme, image_rows_of, position_of
 from instrument.tracking import Trajectory
 from protocols import Floats, InputError, Singles
 
@@ -27,7 +27,7 @@ class Places:
     """``(rows, 2)``: during H-."""
 
     fixed: Floats
-    """``(rows, k, 2)``: during each pattern that is the same in every frame."""
+    """``(rows, k, 2)``: during each pattern that measures position."""
 
     @classmethod
     def on(cls, trajectory: Trajectory, values: ImageValues) -> Self:
@@ -104,12 +104,19 @@ class Problem:
         values, places_px = self.values, self.places.fixed
         sigma = np.sqrt(values.fixed_variance)
         fixed = self.fixed_patterns(places_px)
-        along = [0 if column.axis == "x" else 1 for column in self.scheme.columns if column.axis is not None]
+        columns = [self.scheme.columns[k] for k in fixed_columns(self.scheme).tolist()]
+        along = [0 if column.axis == "x" else 1 for column in columns]
         period_px = position_of(self.scheme).period_px or np.inf
         fourier = FourierRows.of(fixed, places_px, sigma, 1 / period_px, along)
         whitened = (values.fixed / sigma).astype(np.float32).ravel()
         return Stacked(rows, fourier), np.concatenate([differences, fourier.dithering(whitened)])
 
     def fixed_patterns(self, places_px: Floats | None = None) -> FixedPatterns:
-        """Give the patterns that are the same in every frame, as ``FixedPatterns.of`` prepares them."""
-        return FixedPatterns.of(self.scheme.fixed_patterns, self.values.size, self.region, places_px)
+        """Give the patterns that measure position, as ``FixedPatterns.of`` prepares them.
+
+        A scheme may show others in every frame too, such as an all-on pattern for the total light: they are left out.
+        """
+        rows = image_rows_of(self.scheme)
+        in_every_frame = [k for k in range(len(self.scheme.columns)) if k not in {rows.positive, rows.negative}]
+        own = np.searchsorted(in_every_frame, fixed_columns(self.scheme))
+        return FixedPatterns.of(self.scheme.fixed_patterns[own], self.values.size, self.region, places_px)

@@ -3,6 +3,7 @@
 from instrument.config import SchemePlugin, SchemeSettings
 from instrument.schemes.columns import Axis, Column, Role, in_play_order
 from instrument.schemes.fourier_hadamard import FourierHadamard, FourierHadamardSettings
+from instrument.schemes.fringes import FringeSettings, fringe_patterns
 from instrument.schemes.hadamard_pairs import DitheredSettings, HadamardSettings, hadamard_rows, pair_light, sequence_of
 from instrument.schemes.observation import Light, Observation
 from instrument.schemes.reading import PositionReading, Signals, fourier_reading, moment_reading
@@ -15,6 +16,7 @@ __all__ = [
     "DitheredSettings",
     "FourierHadamard",
     "FourierHadamardSettings",
+    "FringeSettings",
     "HadamardSettings",
     "ImageRows",
     "Light",
@@ -26,6 +28,7 @@ __all__ = [
     "SchemeSettings",
     "Signals",
     "fourier_reading",
+    "fringe_patterns",
     "hadamard_rows",
     "image_rows_of",
     "in_play_order",

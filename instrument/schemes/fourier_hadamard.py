@@ -12,13 +12,12 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-from pydantic import PositiveInt
 
 from instrument.config import SchemePlugin
-from instrument.patterns import fourier_pattern
 from instrument.plan import Plan
 from instrument.schemes.columns import Column, in_play_order
-from instrument.schemes.hadamard_pairs import DitheredSettings, HadamardSettings, hadamard_rows, pair_light, sequence_of
+from instrument.schemes.fringes import FringeSettings, fringe_patterns
+from instrument.schemes.hadamard_pairs import HadamardSettings, hadamard_rows, pair_light, sequence_of
 from instrument.schemes.reading import PositionReading, fourier_reading
 from instrument.schemes.scheme import ImageRows
 from protocols import Bytes, Floats, PatternSequence
@@ -26,22 +25,13 @@ from protocols import Bytes, Floats, PatternSequence
 _QUARTER = np.pi / 2
 
 
-class FourierHadamardSettings(HadamardSettings, DitheredSettings):
+class FourierHadamardSettings(HadamardSettings, FringeSettings):
     """``[scheme]`` of the six-pattern scheme."""
 
     patterns_per_frame: ClassVar[int] = 6
 
     name: str = "fourier-hadamard"
     """The scheme."""
-
-    fourier_cycles: PositiveInt = 2
-    """Periods of the Fourier patterns across the field: f = cycles / m. Motion is unambiguous within m / (2 cycles)."""
-
-    def check(self, image_size: int, superpixel: int) -> None:
-        """Refuse samples that are no whole mirrors, and fringes too fine for the pixels."""
-        super().check(image_size, superpixel)
-        if 2 * self.fourier_cycles >= image_size:
-            raise ValueError(f"scheme.fourier_cycles is {self.fourier_cycles}: it must be below image_size / 2")
 
 
 @dataclass(frozen=True)
@@ -81,14 +71,7 @@ class FourierHadamard:
     @cached_property
     def fixed_patterns(self) -> Bytes:
         """``(4, samples, samples)`` of 0 and 1: P(f,0,0), P(f,0,pi/2), P(0,f,0), P(0,f,pi/2), dithered."""
-        size, settings = self.plan.image_size, self.settings
-        fringes = [(column.phase_rad, column.axis) for column in self.columns if column.axis is not None]
-        return np.stack(
-            [
-                fourier_pattern(size, settings.fourier_cycles, phase, axis, settings.upsampling)
-                for phase, axis in fringes
-            ]
-        )
+        return fringe_patterns(self.columns, self.plan.image_size, self.settings)
 
     @cached_property
     def image_rows(self) -> ImageRows:

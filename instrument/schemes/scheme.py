@@ -52,7 +52,11 @@ class Scheme(Protocol):
 
     @property
     def fixed_patterns(self) -> Bytes:
-        """``(n, samples, samples)`` of 0 and 1: patterns that are the same in every frame, in the order of their columns."""
+        """``(n, samples, samples)`` of 0 and 1: the pattern of every column but those of ``image_rows``, in their order.
+
+        They are the same in every frame. Some may measure no position, such as an all-on pattern for the total light. ``samples``
+        is a multiple of the plan's ``image_size`` that divides the mirrors of the field; n may be 0.
+        """
         ...
 
     @property

@@ -2,9 +2,10 @@
 
 from functools import lru_cache
 
-from instrument.config import PluginBroken, scheme_plugin
+from instrument.config import PluginBroken, find_plugin, scheme_plugin
 from instrument.plan import Plan
 from instrument.schemes.scheme import Scheme
+from protocols import KinopixError
 
 
 def scheme_of(plan: Plan) -> Scheme:
@@ -12,7 +13,8 @@ def scheme_of(plan: Plan) -> Scheme:
 
     Raises:
         PluginMissing: the scheme is not installed.
-        PluginBroken: what is installed under its name is no scheme, or does not have the patterns that its settings state.
+        PluginBroken: what is installed under its name fails, is no scheme, or does not have the patterns that its settings
+            state.
     """
     return _made(_Key(plan))
 
@@ -34,12 +36,27 @@ class _Key:
 @lru_cache(maxsize=4)
 def _made(key: _Key) -> Scheme:
     plan = key.plan
-    scheme = scheme_plugin(plan.scheme.name).make(plan, plan.scheme)
-    if not isinstance(scheme, Scheme) or len(scheme.columns) != plan.patterns_per_frame:
-        raise PluginBroken(
-            device=f"scheme plug-in {plan.scheme.name!r}",
-            saw=f"an object of type {type(scheme).__name__}",
-            expected=f"an instrument.schemes.Scheme of {plan.patterns_per_frame} columns, as its settings state",
-            remedy="repair or reinstall the distribution that offers it, or choose another scheme",
-        )
+    patterns = plan.patterns_per_frame
+    try:
+        scheme = scheme_plugin(plan.scheme.name).make(plan, plan.scheme)
+    except KinopixError:
+        raise
+    except Exception as error:  # whatever third-party code raises
+        raise _broken(plan, f"{type(error).__name__}: {error}", "to be made without an error") from error
+    if not isinstance(scheme, Scheme):
+        raise _broken(plan, f"an object of type {type(scheme).__name__}", "an instrument.schemes.Scheme")
+    if len(scheme.columns) != patterns:
+        raise _broken(plan, f"{len(scheme.columns)} columns", f"{patterns}, its settings' patterns_per_frame")
+    if scheme.light_weights.shape != (patterns,):
+        raise _broken(plan, f"light_weights of shape {scheme.light_weights.shape}", f"({patterns},), one a column")
     return scheme
+
+
+def _broken(plan: Plan, saw: str, expected: str) -> PluginBroken:
+    installed = find_plugin("scheme", plan.scheme.name)
+    return PluginBroken(
+        device=installed.origin,
+        saw=saw,
+        expected=expected,
+        remedy=f"repair or reinstall {installed.distribution} {installed.version}, or choose another scheme",
+    )

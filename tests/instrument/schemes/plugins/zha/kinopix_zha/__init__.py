@@ -1,0 +1,1 @@
+"""Schemes by a third party, a good one and broken ones."""
