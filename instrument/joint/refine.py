@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from instrument.joint.evidence import Evidence, evidence
+from instrument.joint.evidence import Evidence, View, evidence
 from instrument.measurement import Measurement
 from instrument.numerics import Smooth, TvState, one_blas_thread, smooth, total_variation
 from instrument.reconstruction import Problem, Reconstruction, Solution
@@ -18,6 +18,7 @@ _LEAST_INFORMATION = 1e-3  # of the best frame's: a frame that tells less makes 
 _BLOCKS = (8, 32)  # of a run, to see slow errors in: fewest and most
 _BLOCK = 50  # frames in one of them: some pixels of distance, longer than dithering keeps its error
 _WORSE = 1.05  # times the misfit of the path given: a refined one that explains the values worse than that is dropped
+_TINY = 1e-12
 _STANDS = 0.2  # of the uncertainty: a change of the path below that is none
 
 
@@ -47,8 +48,9 @@ def refine(
     smoothed as far as the data say. The last image starts anew: what earlier ones invented, with a worse path, would stay.
 
     The stated uncertainty is the smoother's, and more where the image leaves slow errors in the position values: they are seen
-    in the amplitude, in which there is no motion, and count in proportion to what these values tell of the motion. It does not
-    know of a bend at the run's ends too weak for the data to show.
+    in the amplitude, in which there is no motion, and count in proportion to what these values tell of the motion. Where a
+    position has no amplitude, as a centroid, they are seen in the steps that the Hadamard values still ask for. It does not know
+    of a bend at the run's ends too weak for the data to show.
 
     Where the refined path explains the values worse than the one given, that one is kept: patterns too alike, of a plan that
     shows few of them in an unlucky order, make an image that leads astray.
@@ -117,16 +119,33 @@ def _step(found: Evidence, frame: Integers, last: Trajectory) -> Trajectory:
         fits.append(fit)
         own = found.axes[axis]
         share = float(np.sum(own.position.slope[:, axis] ** 2) / information.sum())
-        excess.append(1 + share * (_slowness(own.amplitude) - 1))
+        if own.amplitude is not None:
+            excess.append(1 + share * (_slowness(own.amplitude) - 1))
+        else:
+            excess.append(1 + (1 - share) * (_slow_score(found.hadamard, axis) - 1))
     place_px = np.stack([fit.values for fit in fits], axis=1)
     variance = np.stack([fit.variance_to_first for fit in fits], axis=1) * np.array(excess)
     return Trajectory(place_px - place_px[0], np.sqrt(variance), last.frame_time_s, "joint", last.valid)
 
 
-def _slowness(amplitude: Floats | None) -> float:
-    """Power of slow errors in an amplitude, over that of white noise of variance 1; at least 1, and 1 without an amplitude."""
-    if amplitude is None:
-        return 1.0
-    block = max(2, len(amplitude) // min(max(len(amplitude) // _BLOCK, _BLOCKS[0]), _BLOCKS[1]))
-    means = amplitude[: len(amplitude) // block * block].reshape(-1, block).mean(axis=1)
-    return max(1.0, float(means.var(ddof=1)) * block)
+def _slowness(amplitude: Floats) -> float:
+    """Power of slow errors in an amplitude, over that of white noise of variance 1; at least 1."""
+    blocks = _in_blocks(amplitude)
+    return max(1.0, float(blocks.mean(axis=1).var(ddof=1)) * blocks.shape[1])
+
+
+def _slow_score(view: View, axis: int) -> float:
+    """Power of slow errors in the displacement that a view would make along an axis, over that of its noise; at least 1.
+
+    Where path and image are right, its residuals are noise, and each block of frames asks for a step as large as its information
+    allows: the square of the step over its variance is 1 in the mean (a reduced chi-square over blocks).
+    """
+    slope = view.slope[:, axis]
+    step, information = (_in_blocks(part).sum(axis=1) for part in (slope * view.residual, slope**2))
+    return max(1.0, float(np.mean(step**2 / np.maximum(information, _TINY))))
+
+
+def _in_blocks(series: Floats) -> Floats:
+    """``(blocks, frames)``: a series cut into blocks in which errors are slow; what is left at its end is left out."""
+    frames = max(2, len(series) // min(max(len(series) // _BLOCK, _BLOCKS[0]), _BLOCKS[1]))
+    return series[: len(series) // frames * frames].reshape(-1, frames)

@@ -104,8 +104,7 @@ class Problem:
         values, places_px = self.values, self.places.fixed
         sigma = np.sqrt(values.fixed_variance)
         fixed = self.fixed_patterns(places_px)
-        columns = [self.scheme.columns[k] for k in fixed_columns(self.scheme).tolist()]
-        along = [0 if column.axis == "x" else 1 for column in columns]
+        along = [0 if self.scheme.columns[int(k)].axis == "x" else 1 for k in fixed_columns(self.scheme)]
         period_px = position_of(self.scheme).period_px or np.inf
         fourier = FourierRows.of(fixed, places_px, sigma, 1 / period_px, along)
         whitened = (values.fixed / sigma).astype(np.float32).ravel()

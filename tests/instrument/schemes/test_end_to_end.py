@@ -9,6 +9,7 @@ from PIL import Image
 
 from instrument.cli.main import status
 from instrument.plan import MotionPlan, Plan
+from instrument.recording import Recording
 from instrument.session import Instrument
 from instrument.storage import open_recording
 from tests.support.benches import bench_toml
@@ -118,7 +119,7 @@ def test_the_real_drivers_on_emulators_count_what_the_simulated_devices_count(tm
     plan = plan_of(scheme, frames=300, superpixel=2).model_copy(
         update={"motion": MotionPlan(velocity_mm_s=25.0, acceleration_mm_s2=50.0)}
     )
-    recordings = []
+    recordings: list[Recording] = []
     for bench in ("simulated", "mixed"):
         with Instrument.from_toml(BENCHES / f"{bench}.toml") as opened:
             recordings.append(opened.run(plan, tmp_path / f"{bench}.h5"))

@@ -131,6 +131,19 @@ def test_the_stated_uncertainty_of_moments_covers_the_truth() -> None:
     assert 0.88 < np.mean(joint) < 0.99
 
 
+def test_refinement_states_its_slow_errors_where_noise_is_small() -> None:
+    """At a fifth of the paper's noise the spline's own posterior covers three quarters: the image is not known well enough."""
+    joint: list[float] = []
+    for motion in ("I", "II"):
+        for seed in SEEDS:
+            recording, truth = _recording("moment-hadamard", motion, seed, 0.02)
+            found = refine(recording, track(recording)).trajectory
+            error = np.abs(found.displacement_px - truth.displacement_px)[1:]
+            joint.append(float(np.mean(error <= 1.96 * found.sigma_px[1:])))
+
+    assert 0.84 < np.mean(joint) < 0.99
+
+
 @pytest.mark.parametrize("scheme", ["moment-hadamard", "fourier-3step"])
 @pytest.mark.parametrize("motion", ["I", "II"])
 def test_the_streaming_tracker_is_better_than_each_frame_by_itself(scheme: str, motion: str) -> None:
