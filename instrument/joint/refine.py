@@ -131,7 +131,8 @@ def _step(found: Evidence, frame: Integers, last: Trajectory) -> Trajectory:
 def _slowness(amplitude: Floats) -> float:
     """Power of slow errors in an amplitude, over that of white noise of variance 1; at least 1."""
     blocks = _in_blocks(amplitude)
-    return max(1.0, float(blocks.mean(axis=1).var(ddof=1)) * blocks.shape[1])
+    frames = int(blocks.shape[1])
+    return max(1.0, float(blocks.mean(axis=1).var(ddof=1)) * frames)
 
 
 def _slow_score(view: View, axis: int) -> float:
@@ -141,8 +142,9 @@ def _slow_score(view: View, axis: int) -> float:
     allows: the square of the step over its variance is 1 in the mean (a reduced chi-square over blocks).
     """
     slope = view.slope[:, axis]
-    step, information = (_in_blocks(part).sum(axis=1) for part in (slope * view.residual, slope**2))
-    return max(1.0, float(np.mean(step**2 / np.maximum(information, _TINY))))
+    score: Floats = _in_blocks(slope * view.residual).sum(axis=1)
+    information: Floats = _in_blocks(slope**2).sum(axis=1)
+    return max(1.0, float(np.mean(score**2 / np.maximum(information, _TINY))))
 
 
 def _in_blocks(series: Floats) -> Floats:
