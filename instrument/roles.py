@@ -2,12 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Final, Generic, Literal, Protocol, Self, TypeAlias, TypeVar
+from typing import Any, Final, Generic, Protocol, Self, TypeAlias, TypeVar
 
 from protocols import DeviceIdentity, LinearStage, PatternModulator, PhotonCounter
 
-RoleName: TypeAlias = Literal["modulator", "counter", "stage"]
-"""Table of bench.toml, kind of plug-in, and group of the recording."""
+RoleName: TypeAlias = str
+"""Table of bench.toml, kind of plug-in, and group of the recording: the ``name`` of one of ``ROLES``."""
 
 
 class Device(Protocol):

@@ -6,15 +6,17 @@ Nothing is skipped and nothing is replaced: a plug-in that is missing or broken 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any, Literal, Protocol, TypeAlias, cast, get_args
+from typing import Any, Protocol, TypeAlias, cast
 
 from pydantic import BaseModel
 
 from instrument.config.suggest import suggest_value
+from instrument.roles import ROLES
 from protocols import Availability, DriverPlugin, InputError, ScenePlugin, TransportPlugin
 
-PluginKind: TypeAlias = Literal["modulator", "counter", "stage", "transport", "scene", "scheme"]
-"""What a plug-in is; its entry point group is ``kinopix.`` and the plural."""
+PluginKind: TypeAlias = str
+"""What a plug-in is: the name of a device's role, or transport, scene, scheme; its entry point group is ``kinopix.`` and the
+plural."""
 
 
 class Plugin(Protocol):
@@ -35,9 +37,7 @@ RESERVED_KEYS = ("driver", "transport", "emulator", "on_abort", "px_per_mm")
 """Keys of a device table of bench.toml that belong to the framework, so that no driver's settings may use them."""
 
 _TYPES: dict[PluginKind, type] = {
-    "modulator": DriverPlugin,
-    "counter": DriverPlugin,
-    "stage": DriverPlugin,
+    **{role.name: DriverPlugin for role in ROLES},
     "transport": TransportPlugin,
     "scene": ScenePlugin,
 }
@@ -194,7 +194,7 @@ def find_plugin(kind: PluginKind, name: str) -> InstalledPlugin:
 
 def list_plugins() -> tuple[PluginLine, ...]:
     """Load every plug-in and ask it whether it can be used now. One that is broken is listed with its error."""
-    return tuple(_line(plugin) for kind in get_args(PluginKind) for plugin in installed_plugins(kind))
+    return tuple(_line(plugin) for kind in _TYPES for plugin in installed_plugins(kind))
 
 
 def _announced(kind: PluginKind) -> Iterator[InstalledPlugin]:

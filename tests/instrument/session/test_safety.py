@@ -41,7 +41,7 @@ def told() -> list[str]:
 @pytest.fixture
 def devices(told: list[str], monkeypatch: pytest.MonkeyPatch) -> Devices:
     """A bench with a lamp, which no code knows but this entry."""
-    lamp: Role[Any] = Role("lamp", "NXsource", lambda device: device.rest(), any_thread=False, needed=False)  # type: ignore[arg-type]
+    lamp: Role[Any] = Role("lamp", "NXsource", lambda device: device.rest(), any_thread=False, needed=False)
     monkeypatch.setattr("instrument.acquisition.devices.ROLES", (*ROLES, lamp))
     names: tuple[Any, ...] = ("modulator", "counter", "stage", "lamp")
     return Devices.of({name: Recorder(name, told) for name in names})
