@@ -112,7 +112,7 @@ def _step(found: Evidence, frame: Integers, last: Trajectory) -> Trajectory:
             information[frame] += view.slope[:, axis] ** 2
             score[frame] += view.slope[:, axis] * left
         wanted = path[:, axis] + score / np.maximum(information, _LEAST_INFORMATION * information.max())
-        fit = smooth(wanted, information, known=True)
+        fit = smooth(wanted, information, absolute_weights=True)
         moved[:, axis] = (fit.values - path[:, axis])[frame]
         fits.append(fit)
         own = found.axes[axis]

@@ -8,12 +8,11 @@ from instrument.numerics.operators import Operator, Stacked, Weighted, largest_e
 from instrument.numerics.row_products import RowProducts
 from instrument.numerics.smoothing import Smooth, smooth
 from instrument.numerics.spline import Spline
-from instrument.numerics.tv import TvState, total_variation
-from instrument.numerics.tv_steps import CORNERS
+from instrument.numerics.tv import EIGENVALUE_MARGIN, TvState, total_variation
 from instrument.numerics.tval3 import AlState, tv_augmented_lagrangian
 
 __all__ = [
-    "CORNERS",
+    "EIGENVALUE_MARGIN",
     "AlState",
     "Operator",
     "RowProducts",

@@ -1,6 +1,6 @@
 """A recording as a value: what was measured, when, and which frames to trust."""
 
-from instrument.recording.timing import TimingReport
 from instrument.recording.recording import Recording
+from instrument.recording.timing import TimingReport
 
 __all__ = ["Recording", "TimingReport"]

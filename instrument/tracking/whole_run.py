@@ -58,7 +58,7 @@ def _fitted(found: Observation, place_px: Floats, near_px: Floats) -> _Fits:
     weights[known] = 1 / variance[known]
     if not known.any():
         weights[found.valid] = 1.0
-    x, y = (smooth(place_px[:, axis], weights[:, axis], known=bool(known.any())) for axis in range(2))
+    x, y = (smooth(place_px[:, axis], weights[:, axis], absolute_weights=bool(known.any())) for axis in range(2))
     return x, y
 
 
