@@ -14,7 +14,6 @@ from instrument.config.discovery import (
 )
 from instrument.config.document import read_document
 from instrument.config.errors import ConfigError, Problem
-from instrument.config.load import load_model
 from instrument.config.scheme_table import (
     DEFAULT_SCHEME,
     SchemePlugin,
@@ -44,7 +43,6 @@ __all__ = [
     "installed_plugins",
     "list_plugins",
     "load_bench",
-    "load_model",
     "read_document",
     "scheme_plugin",
     "scheme_problems",

@@ -152,7 +152,7 @@ class _Posterior:
 
 
 def _averaged(data: _Data, order: int) -> Smooth:
-    """Average the splines of one order over their strengths: on a coarse grid, then on a fine one around the probable strengths."""
+    """Average the splines of one order over a fine grid of strengths, laid where a coarse one finds them probable."""
     grid = _coarse_grid(len(data.series), order)
     probable = np.flatnonzero(_Posterior.of(data, order, grid).probabilities)
     first, last = max(probable[0] - 1, 0), min(probable[-1] + 1, len(grid) - 1)

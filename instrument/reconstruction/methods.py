@@ -7,7 +7,7 @@ import numpy as np
 
 from instrument.choices import Method
 from instrument.numerics import total_variation, tv_augmented_lagrangian
-from instrument.reconstruction.conventional import inverse_walsh
+from instrument.reconstruction.conventional import inverse_hadamard
 from instrument.reconstruction.dgi import ghost_image
 from instrument.reconstruction.problem import Problem
 from instrument.reconstruction.region import Region
@@ -101,7 +101,7 @@ def _dgi(problem: Problem, strength: float) -> Solution:
 def _conventional(problem: Problem, strength: float) -> Solution:
     del strength
     values = problem.values
-    return Solution(inverse_walsh(values.difference, values.pairs, values.size), Region.whole(values.size))
+    return Solution(inverse_hadamard(values.difference, values.pairs, values.size), Region.whole(values.size))
 
 
 METHODS: Final[dict[Method, ImageMethod]] = {
