@@ -11,7 +11,7 @@ import numpy as np
 from instrument.measurement import ImageValues
 from instrument.reconstruction import FixedPatterns, Problem, walsh_rows
 from instrument.schemes import PositionReading, position_of
-from protocols import Floats, Singles
+from protocols import Floats, Integers, Singles
 
 _LEAST_VARIANCE = 0.02  # over the mean variance: a dark frame of photon counts is not without noise
 _TINY = 1e-12
@@ -138,7 +138,7 @@ def _axis_view(
     axis: int, problem: Problem, reading: PositionReading, prediction: _Prediction, total: Floats
 ) -> AxisView:
     """Project the values of an axis on the direction of motion, and on the one at right angles to it."""
-    columns = np.searchsorted(np.unique(reading.columns), reading.columns[axis])
+    columns: Integers = np.searchsorted(np.unique(reading.columns), reading.columns[axis])
     predicted, slopes, variance = (
         part[:, columns] for part in (prediction.values, prediction.slopes, prediction.variance)
     )
