@@ -138,7 +138,7 @@ def _axis_view(
     axis: int, problem: Problem, reading: PositionReading, prediction: _Prediction, total: Floats
 ) -> AxisView:
     """Project the values of an axis on the direction of motion, and on the one at right angles to it."""
-    columns: Integers = np.searchsorted(np.unique(reading.columns), reading.columns[axis])
+    columns: Integers = np.asarray(np.searchsorted(np.unique(reading.columns), reading.columns[axis]), np.int64)
     predicted, slopes, variance = (
         part[:, columns] for part in (prediction.values, prediction.slopes, prediction.variance)
     )

@@ -1,4 +1,4 @@
-"""The image of an object that moved: structured rows, total variation, ghost imaging, inverse transform."""
+"""Reconstruction of an object that moved: structured rows, total variation, ghost imaging, inverse transform."""
 
 from instrument.choices import Method
 from instrument.reconstruction.conventional import inverse_hadamard

@@ -10,7 +10,7 @@ References:
 
 import numpy as np
 
-from instrument.numerics import add, compiled, grow_older, solve
+from instrument.numerics import add, age, compiled, solve
 from protocols import Floats, Integers
 
 _MEMORIES_FRAMES = np.array([1.5, 4.0, 14.0, 50.0])
@@ -105,7 +105,7 @@ def _filter(  # noqa: PLR0917
                 for axis in range(2):
                     later = ahead_frames[axis] / ends
                     start_px[member, axis] = curve[axis, 0] + later * (curve[axis, 1] + later * curve[axis, 2])
-            grow_older(fading_powers[member], fading_moments[member], 1 - 1 / memory, 1 / memory)
+            age(fading_powers[member], fading_moments[member], 1 - 1 / memory, 1 / memory)
             add(fading_powers[member], fading_moments[member], 0.0, place_px)
             gain = solve(fading_powers[member], fading_moments[member], frames[0], 1 / memory, curve)
             for axis in range(2):
