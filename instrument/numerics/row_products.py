@@ -1,9 +1,9 @@
 """Products of shifted Hadamard patterns with an image, computed through the few sign changes of their Walsh rows.
 
 A pattern is the outer product of two Walsh rows. Along the axis u on which it changes sign less often, its product with the
-image is a weighted sum of few rows of the image's cumulative sum along u. The dot product of that sum with the Walsh row along the
-other axis v gives the value. For the 1,666 smoothest patterns of 128 x 128 pixels that takes 17 weighted rows in the mean, where a
-matrix product takes 128.
+image is a weighted sum of few rows of the image's cumulative sum along u. The dot product of that sum with the Walsh row along
+the other axis v gives the value. For the 1,666 smoothest patterns of 128 x 128 pixels that takes 17 weighted rows in the mean,
+where a matrix product takes 128.
 """
 
 from dataclasses import dataclass

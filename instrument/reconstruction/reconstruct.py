@@ -22,8 +22,8 @@ class Reconstruction:
     """The image of the object at its position in frame 0. ``numpy.asarray`` gives ``image``."""
 
     image: Floats
-    """``(image_size, image_size)``, row = y (down), column = x. Transmission 0 to 1 where values count lit pixels. A photon counter
-    has no absolute scale: there the brightest pixel is 1."""
+    """``(image_size, image_size)``, row = y (down), column = x. Transmission 0 to 1 where values count lit pixels. Photon
+    counts have no absolute scale: there the brightest pixel is 1."""
 
     method: str
     """Name of the method that made it."""

@@ -1,8 +1,8 @@
 """Walsh rows as a moved object sees them: written out, or by their sign changes.
 
-Row c of the Walsh matrix, continued by 0 outside the field, is a step function w of position. Pixel u of an object that moved by d
-covers the positions from u + d to u + d + 1, and sees the mean of w there. That is linear interpolation between two entries, which
-is exact for square pixels.
+Row c of the Walsh matrix, continued by 0 outside the field, is a step function w of position. Pixel u of an object that moved by
+d covers the positions from u + d to u + d + 1, and sees the mean of w there. That is linear interpolation between two entries,
+which is exact for square pixels.
 """
 
 from functools import lru_cache
