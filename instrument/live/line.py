@@ -1,4 +1,4 @@
-"""Blocks in, motion and images out: the live analysis without its thread, so that it can be stepped by hand."""
+"""The live analysis without its thread: it takes blocks, gives motion and images, and can be stepped by hand."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,23 +16,23 @@ from instrument.tracking import StreamingTracker
 from protocols import Floats, Frozen
 
 IMAGE_INTERVAL_S: Final = 0.019
-"""Stream time from one image to the next: just above 50 a second."""
+"""Stream time from one image to the next: slightly more than 50 images a second."""
 
 
 class LiveCounters(Frozen):
-    """What was done and what was left out."""
+    """Numbers of frames and images, those that were left out included."""
 
     frames: NonNegativeInt = 0
-    """Frames followed, those without values too."""
+    """Frames tracked, those without values included."""
 
     frames_dropped: NonNegativeInt = 0
-    """Of those, frames that the live view lost because it was late. The recording has them."""
+    """Frames, counted in ``frames``, that the live view lost because it was late. The recording has them."""
 
     images: NonNegativeInt = 0
-    """Images made while the stream went on; the polished one does not count."""
+    """Images made while the stream went on, without the polished one."""
 
     images_skipped: NonNegativeInt = 0
-    """Images that were due and not made because newer data had come, or because there were too few frames yet."""
+    """Images that were due and were not made, because newer data had come or there were too few frames."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,43 +40,43 @@ class LiveUpdate:
     """What is new since the last update."""
 
     frame: int
-    """Frames followed so far: the newest is number ``frame - 1``."""
+    """Frames tracked so far; the newest one has the index ``frame - 1``."""
 
     displacement_px: Floats
-    """``(n, 2)`` x, y of the newest n frames, relative to frame 0, as known when they came; n may be 0."""
+    """``(n, 2)``: x, y of the newest n frames relative to frame 0, from what was known when they came; n may be 0."""
 
     image: Floats | None
-    """``(m, m)`` row = y (down), column = x, in values for one lit pixel; None before there is one."""
+    """``(m, m)``: row = y (down), column = x, in values for one lit pixel; None before the first image."""
 
     counters: LiveCounters
-    """What was done so far."""
+    """Numbers of frames and images so far."""
 
     final: bool = False
-    """Whether this is the polished image of the whole run, after which nothing comes."""
+    """Whether this is the last update, with the polished image of the whole run."""
 
 
 class LiveLine:
-    """Follows every frame it is given, and makes the images that are due if there is time for them.
+    """Tracks the object in every frame it is given, and makes the images that are due if there is time for them.
 
-    An object whose scheme sees no position is taken as at rest; a scheme without an image gives none.
+    Where the scheme has no position, the object is taken as at rest; where it has no image, none is made.
 
-    One image is due for each ``image_interval_s`` of stream. Images that are due when newer data come are skipped and counted:
-    ``images + images_skipped + images_due`` is what the stream asked for.
+    One image is due for each ``image_interval_s`` of stream. Images that are still due when newer data come are skipped and
+    counted: ``images + images_skipped + images_due`` is the number of images that were due so far.
     """
 
     def __init__(self, plan: Plan, *, image_interval_s: float = IMAGE_INTERVAL_S, max_rows: int | None = None) -> None:
         """Prepare for one run.
 
         Args:
-            plan: what is shown.
-            image_interval_s: stream time from image to image; at least one frame.
-            max_rows: as in ``ProgressiveImager``.
+            plan: plan of the run.
+            image_interval_s: stream time from one image to the next; at least one frame is taken.
+            max_rows: number of patterns kept for the image, as in ``ProgressiveImager``.
         """
         scheme = scheme_of(plan)
         self._frames = FrameAssembler(plan.patterns_per_frame, plan.frames)
         self._tracker = StreamingTracker(plan) if scheme.position is not None else None
         self._imager = ProgressiveImager(plan, max_rows=max_rows) if scheme.image_rows is not None else None
-        self._followed = 0
+        self._tracked = 0
         self._frames_an_image = max(1, round(image_interval_s / plan.frame_time_s))
         self._new_px: list[Floats] = []
         self._run_frames = plan.frames
@@ -86,43 +86,47 @@ class LiveLine:
 
     @property
     def images_due(self) -> int:
-        """Images that there would be time for now."""
+        """Number of images that are due now."""
         return self._due
 
     @property
     def complete(self) -> bool:
         """Whether all frames of the plan have come."""
-        return self._followed >= self._run_frames
+        return self._tracked >= self._run_frames
 
     @property
     def counters(self) -> LiveCounters:
-        """What was done so far."""
+        """Numbers of frames and images so far."""
         return LiveCounters(
-            frames=self._followed,
+            frames=self._tracked,
             frames_dropped=self._frames.frames_dropped,
             images=self._images,
             images_skipped=self._skipped,
         )
 
     def take(self, blocks: Sequence[AlignedBlock]) -> None:
-        """Follow the object through all frames of these blocks."""
-        before = self._followed
+        """Track the object through all frames of these blocks."""
+        before = self._tracked
         for block in blocks:
             for values in self._frames.whole(block):
                 displacement_px = np.zeros((len(values), 2)) if self._tracker is None else self._tracker.push(values)
                 if self._imager is not None:
                     self._imager.add(values, displacement_px)
-                self._followed += len(values)
+                self._tracked += len(values)
                 self._new_px.append(displacement_px)
         if self._imager is None:
             return
-        newly_due = self._followed // self._frames_an_image - before // self._frames_an_image
+        newly_due = self._tracked // self._frames_an_image - before // self._frames_an_image
         if newly_due:
             self._skipped += self._due
             self._due = newly_due
 
     def improve(self, effort: float = 1.0) -> LiveUpdate:
-        """Make one image that is due, with more or less effort; where there are too few frames for one, it is skipped."""
+        """Make one image that is due, or skip it where there are too few frames.
+
+        Args:
+            effort: factor on the time that the image takes.
+        """
         self._due -= 1
         image = None if self._imager is None else self._imager.improve(effort=effort)
         if image is None:
@@ -132,7 +136,7 @@ class LiveLine:
         return self._update(image)
 
     def finish(self) -> LiveUpdate:
-        """Skip what is still due and polish the image of all frames kept."""
+        """Skip the images that are still due, and polish the image of all frames kept."""
         self._skipped += self._due
         self._due = 0
         return self._update(None if self._imager is None else self._imager.polish(), final=True)
@@ -140,4 +144,4 @@ class LiveLine:
     def _update(self, image: Floats | None, *, final: bool = False) -> LiveUpdate:
         new_px = np.concatenate(self._new_px) if self._new_px else np.zeros((0, 2))
         self._new_px.clear()
-        return LiveUpdate(self._followed, new_px, image, self.counters, final)
+        return LiveUpdate(self._tracked, new_px, image, self.counters, final)
