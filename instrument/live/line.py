@@ -43,7 +43,7 @@ class LiveUpdate:
     """Frames tracked so far; the newest one has the index ``frame - 1``."""
 
     displacement_px: Floats
-    """``(n, 2)``: x, y of the newest n frames relative to frame 0, from what was known when they came; n may be 0."""
+    """``(n, 2)`` x, y of the newest n frames, relative to frame 0, as known when they came; n may be 0."""
 
     image: Floats | None
     """``(m, m)``: row = y (down), column = x, in values for one lit pixel; None before the first image."""
@@ -76,7 +76,7 @@ class LiveLine:
         self._frames = FrameAssembler(plan.patterns_per_frame, plan.frames)
         self._tracker = StreamingTracker(plan) if scheme.position is not None else None
         self._imager = ProgressiveImager(plan, max_rows=max_rows) if scheme.image_rows is not None else None
-        self._tracked = 0
+        self._followed = 0
         self._frames_an_image = max(1, round(image_interval_s / plan.frame_time_s))
         self._new_px: list[Floats] = []
         self._run_frames = plan.frames
@@ -92,13 +92,13 @@ class LiveLine:
     @property
     def complete(self) -> bool:
         """Whether all frames of the plan have come."""
-        return self._tracked >= self._run_frames
+        return self._followed >= self._run_frames
 
     @property
     def counters(self) -> LiveCounters:
         """Numbers of frames and images so far."""
         return LiveCounters(
-            frames=self._tracked,
+            frames=self._followed,
             frames_dropped=self._frames.frames_dropped,
             images=self._images,
             images_skipped=self._skipped,
@@ -106,17 +106,17 @@ class LiveLine:
 
     def take(self, blocks: Sequence[AlignedBlock]) -> None:
         """Track the object through all frames of these blocks."""
-        before = self._tracked
+        before = self._followed
         for block in blocks:
             for values in self._frames.whole(block):
                 displacement_px = np.zeros((len(values), 2)) if self._tracker is None else self._tracker.push(values)
                 if self._imager is not None:
                     self._imager.add(values, displacement_px)
-                self._tracked += len(values)
+                self._followed += len(values)
                 self._new_px.append(displacement_px)
         if self._imager is None:
             return
-        newly_due = self._tracked // self._frames_an_image - before // self._frames_an_image
+        newly_due = self._followed // self._frames_an_image - before // self._frames_an_image
         if newly_due:
             self._skipped += self._due
             self._due = newly_due
@@ -144,4 +144,4 @@ class LiveLine:
     def _update(self, image: Floats | None, *, final: bool = False) -> LiveUpdate:
         new_px = np.concatenate(self._new_px) if self._new_px else np.zeros((0, 2))
         self._new_px.clear()
-        return LiveUpdate(self._tracked, new_px, image, self.counters, final)
+        return LiveUpdate(self._followed, new_px, image, self.counters, final)

@@ -38,7 +38,7 @@ class ImageValues:
     """``(rows, k)``: variance of ``fixed``."""
 
     time_s: Floats
-    """``(rows, 2 + k)``: time of the middle of H+, H- and each fixed pattern after the first edge of the run."""
+    """``(rows, 2 + k)``: when H+, H- and each fixed pattern were in their middle, from the first edge of the run on."""
 
     size: int
     """Pixels a side of the field."""
@@ -123,7 +123,7 @@ class ImageValues:
 
 
 def fixed_columns(scheme: Scheme) -> Integers:
-    """Give the columns of the patterns that are the same in every frame, ascending: those that measure position."""
+    """Columns of the patterns that are the same in every frame, ascending: those that measure position."""
     if scheme.position is None:
         return np.zeros(0, np.int64)
     return np.unique(scheme.position.columns).astype(np.int64)

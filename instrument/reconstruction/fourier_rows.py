@@ -62,15 +62,15 @@ class FourierRows:
 
     def matvec(self, image: Singles) -> Singles:
         """Give the values of an image: ``(pixels,)`` to ``(rows,)``."""
-        return self.dithering_part(self.sampling @ self.fixed.maps(image.reshape(self.image_shape)).ravel())
+        return self.dithering(self.sampling @ self.fixed.maps(image.reshape(self.image_shape)).ravel())
 
     def rmatvec(self, values: Singles) -> Singles:
         """Apply the transpose: ``(rows,)`` to ``(pixels,)``."""
         width = self.fixed.width
-        maps: Singles = (self.sampling.T @ self.dithering_part(values)).astype(np.float32).reshape(-1, width, width)
+        maps: Singles = (self.sampling.T @ self.dithering(values)).astype(np.float32).reshape(-1, width, width)
         return self.fixed.image(maps).ravel()
 
-    def dithering_part(self, values: Singles) -> Singles:
+    def dithering(self, values: Singles) -> Singles:
         """Project ``(rows,)`` whitened values, frame by frame, on what the dithering contributes."""
         series = values.reshape(-1, len(self.grey)).T[..., None]
         left = series - self.grey @ (self.grey.swapaxes(1, 2) @ series)

@@ -27,7 +27,7 @@ class Places:
     """``(rows, 2)``: displacement during H-."""
 
     fixed: Floats
-    """``(rows, k, 2)``: displacement during each pattern that is the same in every frame."""
+    """``(rows, k, 2)``: during each pattern that is the same in every frame."""
 
     @classmethod
     def along(cls, trajectory: Trajectory, values: ImageValues) -> Self:
@@ -108,7 +108,7 @@ class Problem:
         period_px = position_of(self.scheme).period_px or np.inf
         fourier = FourierRows.of(fixed, places_px, sigma, 1 / period_px, along)
         whitened = (values.fixed / sigma).astype(np.float32).ravel()
-        return Stacked(rows, fourier), np.concatenate([differences, fourier.dithering_part(whitened)])
+        return Stacked(rows, fourier), np.concatenate([differences, fourier.dithering(whitened)])
 
     def fixed_patterns(self, places_px: Floats | None = None) -> FixedPatterns:
         """Give the patterns that are the same in every frame, as ``FixedPatterns.of`` prepares them."""
