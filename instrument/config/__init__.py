@@ -1,4 +1,4 @@
-"""TOML files into checked models, and plug-ins by name."""
+"""Configuration: TOML files read into checked models, and plug-ins found by name."""
 
 from instrument.config.bench import BenchConfig, OnAbort, Resolved, ResolvedBench, ResolvedDevice, load_bench
 from instrument.config.check import validate_table
