@@ -1,6 +1,6 @@
 """The line of each key in a TOML text.
 
-``tomllib`` gives the values without their lines. As the text is known to be valid here, a scanner that finds keys and skips values
+``tomllib`` gives the values without their lines. As the text is known to be valid, a scanner that finds keys and skips values
 is enough. It knows headers, arrays of tables, dotted and quoted keys, arrays, inline tables, and all four kinds of strings.
 """
 

@@ -15,7 +15,7 @@ EIGENVALUE_MARGIN: Final = 1.05
 _SIGMA_K_SQUARED = 2.0  # sigma ||K||^2: a larger one cleans a dark ground sooner, a smaller one gains contrast sooner
 _SIGMA = _SIGMA_K_SQUARED / K_SQUARED
 _TAU = 1 / (0.5 + _SIGMA_K_SQUARED)  # so that 1 / tau - sigma ||K||^2 = 1/2
-_RHO = 1.7  # over-relaxation
+_RHO = 1.7  # over-relaxation; see ``_CondatVu`` for its bound
 _CHECK_EVERY = 10  # iterations from one look at the tolerance to the next
 _EDGE = 0.2  # gradient, in typical transmissions, at which reweighting halves the penalty
 _NOISY = 0.1  # lambda, in typical transmissions, above which reweighting more than once invents edges
@@ -134,7 +134,10 @@ class _CondatVu:
         y~ = projection of y + sigma K(2 x~ - x) on vectors no longer than lambda w / (2 L)
         (x, y) = rho (x~, y~) + (1 - rho) (x, y).
 
-    The step sizes meet Condat's condition 1 / tau - sigma ||K||^2 >= 1/2 with equality.
+    The step sizes meet Condat's condition 1 / tau - sigma ||K||^2 >= 1/2 with equality. Convergence is proved for
+    rho < 2 - mu / 2, mu being the largest eigenvalue of (1 / tau - sigma K'K)^-1 A'A / L. That bound is about 1.75 for smooth
+    patterns, as what they see best has small gradients. For all patterns of an object at rest it is about 1.1, below the rho
+    taken here: see "Step sizes" in ``docs/decisions/0008-edge-reweighted-tv.md``.
     """
 
     def __init__(
