@@ -121,6 +121,7 @@ def figures_of(
 
 
 def _path_figures(trajectory: Trajectory | None, truth: Truth | None) -> dict[str, Any]:
+    """Compute the figures of the path."""
     if trajectory is None:
         return {}
     found_px, sigma_px = trajectory.displacement_px, float(np.median(trajectory.sigma_px))
@@ -137,6 +138,7 @@ def _path_figures(trajectory: Trajectory | None, truth: Truth | None) -> dict[st
 def _image_figures(
     reconstruction: Reconstruction | None, truth: Truth | None, measurement: Measurement
 ) -> dict[str, Any]:
+    """Compute the figures of the image."""
     if reconstruction is None:
         return {}
     image, fit_gain = reconstruction.image, measurement.photon_counts
@@ -149,6 +151,7 @@ def _image_figures(
 
 
 def _doubts(light_change: float, misfit: float | None) -> tuple[str, ...]:
+    """Write a sentence for each figure that is a reason for doubt."""
     found: list[str] = []
     if light_change > _LIGHT_CHANGE:
         found.append(

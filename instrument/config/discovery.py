@@ -182,6 +182,7 @@ def list_plugins() -> tuple[PluginLine, ...]:
 
 
 def _announced(kind: PluginKind) -> Iterator[InstalledPlugin]:
+    """Find the entry points of one kind."""
     for entry_point in entry_points(group=f"kinopix.{kind}s"):
         owner = entry_point.dist
         yield InstalledPlugin(
@@ -194,6 +195,7 @@ def _announced(kind: PluginKind) -> Iterator[InstalledPlugin]:
 
 
 def _line(installed: InstalledPlugin) -> PluginLine:
+    """Load a plug-in, and describe it or what went wrong."""
     try:
         plugin = installed.load()
     except PluginBroken as error:

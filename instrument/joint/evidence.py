@@ -118,7 +118,7 @@ def _predict(
 
 
 def _predicted_variance(values: ImageValues, predicted: Floats) -> Floats:
-    """Variance that the position values, ``(rows, k)``, have if they are as predicted.
+    """Give the variance that the position values, ``(rows, k)``, have if they are as predicted.
 
     Photon counts get it from the regression of the measured values' variances on these values. Weighting each count by its own
     variance would favour low counts, which where there are few of them biases the motion by more than its noise.
@@ -158,7 +158,7 @@ def _axis_view(
 
 
 def _radial_direction(reading: PositionReading, axis: int, predicted: Floats, total: Floats) -> Floats | None:
-    """``(rows, k)``: change of an axis's values with the amplitude of their signal; None for a signal without amplitude."""
+    """Give the change, ``(rows, k)``, of an axis's values with the amplitude of their signal; None where it has none."""
     if reading.period_px is None:
         return None
     shares = predicted / np.maximum(total, _TINY)[:, None]
@@ -181,6 +181,7 @@ def _hadamard_view(problem: Problem, image: Singles) -> View:
     x_px, y_px = ((problem.places.positive + problem.places.negative) / 2).T
 
     def rows_and_slopes(number: int, place_px: Floats, first_px: int, count: int) -> tuple[Singles, Singles]:
+        """Give one factor of each pattern, and its derivative by the displacement."""
         walsh = values.pairs[:, number]
         rows = walsh_rows(values.size, walsh, place_px, first_px, count)
         return rows, walsh_rows(values.size, walsh, place_px, first_px, count, slope=True)

@@ -114,7 +114,7 @@ def _refined(given: _Iterate) -> tuple[_Iterate, float]:
 
 
 def _steady_total(values: ImageValues) -> Floats:
-    """``(rows,)``: total light I_H+ + I_H-, smoothed over frames."""
+    """Give the total light I_H+ + I_H-, ``(rows,)``, smoothed over frames."""
     total: Floats = values.positive + values.negative
     return smooth(total, np.ones(len(total)), orders=(1,)).values
 
@@ -153,7 +153,7 @@ def _gauss_newton_step(evidence: Evidence, frame: Integers, last: Trajectory) ->
 
 
 def _slow_error_ratio(amplitude: Floats | None) -> float:
-    """Variance of an amplitude's means over blocks, relative to that of white noise of variance 1.
+    """Give the variance of an amplitude's means over blocks, relative to that of white noise of variance 1.
 
     It is at least 1, and 1 where there is no amplitude.
     """

@@ -178,6 +178,7 @@ class ProgressiveImager:
     def _burst(
         self, strength: float, iterations: int | None, effort: float = 1.0, *, reweighted: bool
     ) -> Floats | None:
+        """Spend a burst of iterations, and give the image; None where there are too few frames or no light."""
         entries = self._kept.oldest_first()
         if len(entries) < _FEWEST_FRAMES or not self._kept.values[entries].any():
             return None

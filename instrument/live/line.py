@@ -142,6 +142,7 @@ class LiveLine:
         return self._update(None if self._imager is None else self._imager.polish(), final=True)
 
     def _update(self, image: Floats | None, *, final: bool = False) -> LiveUpdate:
+        """Give what is new since the last update."""
         new_px = np.concatenate(self._new_px) if self._new_px else np.zeros((0, 2))
         self._new_px.clear()
         return LiveUpdate(self._followed, new_px, image, self.counters, final)

@@ -41,6 +41,7 @@ class BlasLimit:
 
 @cache
 def _controller() -> Any:
+    """Find the BLAS libraries of the process, once."""
     return ThreadpoolController()
 
 

@@ -70,7 +70,7 @@ class Spline:
         return float((1 / (1 + penalty)).sum()) * count / size
 
     def log_likelihood(self, noise_variance: float) -> float:
-        """Restricted log likelihood of order and strength, up to a constant that depends on the order alone.
+        """Give the restricted log likelihood of order and strength, up to a constant that depends on the order alone.
 
         It is the likelihood of those combinations of the data that no polynomial of degree p - 1 changes.
 
@@ -83,7 +83,7 @@ class Spline:
         return -(count * float(np.log(noise_variance)) + self.cost / noise_variance + float(log_determinant)) / 2
 
     def variances_to_first(self, positions: Integers) -> Floats:
-        """Posterior variance of the values at these positions minus the first value, for noise of variance 1 at weight 1."""
+        """Give the posterior variances of the values at these positions minus the first, for noise of variance 1 at weight 1."""
         return _variances_to_first(self._factor, positions)
 
 
@@ -177,7 +177,7 @@ def _least_squares(  # noqa: PLR0917
 
 @compiled("f8[::1](f8[:, ::1], i8[::1])")
 def _variances_to_first(factor: Floats, positions: Integers) -> Floats:
-    """Variances of x[k] - x[0] for the positions k, ``(len(positions),)``.
+    """Give the variances of x[k] - x[0] for the positions k, ``(len(positions),)``.
 
     With L the Cholesky factor of the normal matrix and e_k the k-th unit vector, that is |y|^2 where L y = e_k - e_0.
     """

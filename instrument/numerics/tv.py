@@ -175,7 +175,7 @@ class _CondatVu:
         return float(np.vdot(self.image, self.image)) / total if total > 0 else 0.0
 
     def predicted(self) -> Singles:
-        """Values A x of the current image, ``(rows,)``."""
+        """Give the values A x of the current image, ``(rows,)``."""
         return self.operator.matvec(self.image.ravel())
 
     def solve(self, values: Singles, *, reweighted: bool) -> None:
@@ -201,10 +201,11 @@ class _CondatVu:
         np.maximum(image, 0, out=image)
 
     def _tolerated_change(self, residual: Singles) -> float:
+        """Give the change of the predicted values (rms) below which a solution ends."""
         return self.tolerance * (max(1.0, _rms(residual) / 2) if self.lambda_raised else 1.0)
 
     def _dual_bound(self, *, reweighted: bool) -> Singles:
-        """Largest length of each dual vector, ``(4, height, width)``: lambda w / L over the corners, twice as K is halved."""
+        """Give the largest length of each dual vector, ``(4, height, width)``: 2 lambda w / (4 L), as K is half a gradient."""
         bound = np.full((CORNERS, *self.image.shape), 2 * self.scaled_lambda / CORNERS, np.float32)
         edge = np.float32(_EDGE * self._typical)
         if reweighted and edge > 0:
@@ -213,10 +214,11 @@ class _CondatVu:
 
 
 def _backprojected_noise(operator: Operator) -> float:
-    """Standard deviation, rms over pixels, of A'n for white noise n of variance 1, estimated from one random draw of n."""
+    """Estimate the standard deviation, rms over pixels, of A'n for white noise n of variance 1 from one random draw of n."""
     noise = np.random.default_rng(0).standard_normal(operator.shape[0]).astype(np.float32)
     return _rms(operator.rmatvec(noise))
 
 
 def _rms(values: Singles | Floats) -> float:
+    """Give the root mean square."""
     return float(np.sqrt(np.mean(np.square(values)))) if values.size else 0.0

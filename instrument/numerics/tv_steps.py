@@ -119,7 +119,7 @@ def dual_step(  # noqa: PLR0917
 
 
 def gradient_norms(image: Singles) -> Singles:
-    """Norms of the four gradients of ``(height, width)`` pixels: ``(4, height, width)``, one for each corner."""
+    """Give the norms of the four gradients of each pixel of ``(height, width)``: ``(4, height, width)``, one for each corner."""
     down, right = np.diff(image, axis=0) ** 2, np.diff(image) ** 2
     squares = np.zeros((CORNERS, *image.shape), np.float32)
     squares[[_BELOW_RIGHT, _BELOW_LEFT], :-1] += down

@@ -68,6 +68,7 @@ class _Scaled:
 
     @classmethod
     def of(cls, operator: Operator, values: Singles) -> "_Scaled":
+        """Scale a problem."""
         norm = max(float(np.sqrt(largest_eigenvalue(operator) * _EIGENVALUE_MARGIN)), 1e-30)
         scaled = values.astype(np.float64) / norm
         spread = float(np.ptp(scaled)) if scaled.size else 0.0

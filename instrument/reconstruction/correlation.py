@@ -77,6 +77,7 @@ class FixedPatterns:
 
     @cached_property
     def _spectra(self) -> NDArray[np.complex64]:
+        """``(n, width, width // 2 + 1)``: Fourier transforms of the patterns."""
         spectra: NDArray[np.complex64] = fft.rfft2(self.patterns, (self.width, self.width))
         return spectra
 
@@ -101,6 +102,7 @@ class FixedPatterns:
 
     @property
     def _inside(self) -> tuple[slice, slice]:
+        """Rows and columns of the region in the field."""
         area = self.region
         return slice(area.top, area.top + area.height), slice(area.left, area.left + area.width)
 

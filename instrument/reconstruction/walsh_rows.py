@@ -72,11 +72,11 @@ def walsh_changes(size: int, number: Integers, place_px: Floats, first_px: int, 
 
 @lru_cache(maxsize=4)
 def _padded(size: int) -> Singles:
-    """``(size, 3 size + 2)``: Walsh rows with size + 1 zeros on both sides."""
+    """Give the Walsh rows, ``(size, 3 size + 2)``, with size + 1 zeros on both sides."""
     return np.pad(walsh_matrix(size).astype(np.float32), ((0, 0), (size + 1, size + 1)))
 
 
 @lru_cache(maxsize=4)
 def _steps(size: int) -> csr_array:
-    """``(size, size + 1)``: step of each Walsh row at the positions 0 to size, the first one from 0 and the last one to 0."""
+    """Give the steps, ``(size, size + 1)``, of each Walsh row at the positions 0 to size: first from 0, last to 0."""
     return csr_array(np.diff(np.pad(walsh_matrix(size).astype(np.float64), ((0, 0), (1, 1))), axis=1))

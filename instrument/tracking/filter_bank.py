@@ -80,7 +80,7 @@ class FilterBank:
 
 @inlined
 def _third_difference(last_px: Floats, place_px: float) -> float:
-    """Third difference of the last three positions, newest last, and a new one, which then joins them."""
+    """Give the third difference of the last three positions and a new one, which then replaces the oldest of them."""
     difference: float = place_px - 3 * last_px[2] + 3 * last_px[1] - last_px[0]
     last_px[0], last_px[1], last_px[2] = last_px[1], last_px[2], place_px
     return difference
@@ -88,7 +88,7 @@ def _third_difference(last_px: Floats, place_px: float) -> float:
 
 @inlined
 def _at(curve: Floats, time: float) -> float:
-    """Value of the parabola a + b u + c u^2 at the time u."""
+    """Give the value of the parabola a + b u + c u^2 at the time u."""
     value: float = curve[0] + time * (curve[1] + time * curve[2])
     return value
 

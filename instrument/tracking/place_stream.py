@@ -83,7 +83,7 @@ def _take_if_good(values: Floats, light_weights: Floats, last_good: Floats) -> b
 
 @inlined
 def _signal(offset: float, weights: Floats, values: Floats, weight_sum: float, light_sum: float) -> float:
-    """One part of an axis's signal: the weighted sum of the values over the mean total light, light_sum / weight_sum."""
+    """Give one part of an axis's signal: the weighted sum of the values over the mean total light, light_sum / weight_sum."""
     signal = offset
     for k in range(len(values)):
         signal += weights[k] * values[k] * weight_sum / light_sum

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from instrument.analysis import analyse_path
 from instrument import Instrument
+from instrument.analysis import analyse_path
 from tests.support.benches import SMALL, bench_toml
 from tests.support.plain_hdf5 import array
 
