@@ -1,5 +1,5 @@
 # pyright: reportUnknownVariableType=false
-# lazy_loader carries no types; type checkers read __init__.pyi instead.
+# lazy_loader leaves the types of what it gives open; __init__.pyi has them.
 """The framework: plans, acquisition, tracking, reconstruction, and the bench that composes the devices.
 
 A lab script needs ``Instrument`` and ``Plan`` to record, ``track`` and ``reconstruct`` to analyse. The names are listed in

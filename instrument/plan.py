@@ -41,13 +41,13 @@ class MotionPlan(Frozen):
     """Cruise velocity; its sign is the direction."""
 
     acceleration_mm_s2: PositiveFloat = 50.0
-    """Of the run-up and of the run-down."""
+    """Acceleration of the run-up and of the run-down."""
 
     acquire: Literal["cruise", "from-rest"] = "cruise"
     """``cruise``: the first pattern is shown when the run-up is over. ``from-rest``: when the stage starts to move."""
 
     settle_s: NonNegativeFloat = 0.1
-    """``cruise`` only: cruise before the first pattern and after the last, for what the controllers take to obey."""
+    """``cruise`` only: time of cruise before the first pattern and after the last, as the controllers respond late."""
 
     @field_validator("velocity_mm_s")
     @classmethod
@@ -63,18 +63,18 @@ class MotionPlan(Frozen):
 
     @property
     def run_up_s(self) -> float:
-        """From the start of the motion to the first pattern: the ramp, and the time to settle."""
+        """Time from the start of the motion to the first pattern: the ramp, and the time to settle."""
         return self.profile.ramp_time_s + self.settle_s if self.acquire == "cruise" else 0.0
 
     def end_mm(self, run_s: float) -> float:
-        """Where the stage comes to rest after a run of ``run_s`` seconds: ramp, cruise, ramp."""
+        """Give the position where the stage comes to rest after a run of ``run_s`` seconds: ramp, cruise, ramp."""
         profile = self.profile
         if self.acquire == "cruise":
-            way = 2 * profile.ramp_mm + profile.velocity_mm_s * (2 * self.settle_s + run_s)
+            distance_mm = 2 * profile.ramp_mm + profile.velocity_mm_s * (2 * self.settle_s + run_s)
         else:
             # The ramp belongs to the run. A run shorter than the ramp still ends with a whole ramp down.
-            way = 2 * profile.ramp_mm + profile.velocity_mm_s * max(0.0, run_s - profile.ramp_time_s)
-        return self.start_mm + (way if self.velocity_mm_s > 0 else -way)
+            distance_mm = 2 * profile.ramp_mm + profile.velocity_mm_s * max(0.0, run_s - profile.ramp_time_s)
+        return self.start_mm + (distance_mm if self.velocity_mm_s > 0 else -distance_mm)
 
 
 class Plan(Frozen):
@@ -83,13 +83,13 @@ class Plan(Frozen):
     scheme: Annotated[SerializeAsAny[SchemeSettings], PlainValidator(settings_of)] = Field(
         default_factory=lambda: settings_of(DEFAULT_SCHEME)
     )
-    """What one frame shows and how its values decode: the scheme's name, and its own settings in a table."""
+    """What one frame shows and how its values are decoded: the scheme's name, and its own settings in a table."""
 
     frames: PositiveInt
-    """Frames in the run; one displacement each."""
+    """Number of frames in the run, each with one displacement."""
 
     pattern_rate_hz: PositiveFloat = 20_000.0
-    """Patterns a second. Boards keep whole microseconds: see ``picture_time_us``."""
+    """Patterns per second. Boards keep whole microseconds: see ``picture_time_us``."""
 
     image_size: PositiveInt = 128
     """Image pixels a side (m): a power of two, as Hadamard patterns need it."""
@@ -98,7 +98,7 @@ class Plan(Frozen):
     """Mirrors a side of one image pixel."""
 
     brightest_counts: PositiveFloat | None = None
-    """Counts of the brightest pattern that you expect, for the check against dead time. None skips it."""
+    """Counts expected of the brightest pattern, for the check against dead time. None skips the check."""
 
     motion: MotionPlan | None = None
     """What the stage does. None leaves it where it is."""
@@ -119,17 +119,17 @@ class Plan(Frozen):
 
     @property
     def picture_time_s(self) -> float:
-        """The same in seconds: what the modulator really keeps."""
+        """Time from one pattern to the next as the modulator keeps it."""
         return self.picture_time_us * 1e-6
 
     @property
     def patterns_per_frame(self) -> int:
-        """Patterns in one frame of the scheme."""
+        """Number of patterns in one frame of the scheme."""
         return self.scheme.patterns_per_frame
 
     @property
     def patterns(self) -> int:
-        """Patterns in the run, the guard picture not counted."""
+        """Number of patterns in the run, the guard picture not counted."""
         return self.frames * self.patterns_per_frame
 
     @property
@@ -139,11 +139,11 @@ class Plan(Frozen):
 
     @property
     def run_time_s(self) -> float:
-        """From the first pattern to the end of the last, the guard picture not counted."""
+        """Time from the first pattern to the end of the last, the guard picture not counted."""
         return self.frames * self.frame_time_s
 
     def grid(self, columns: int = 1024, rows: int = 768) -> PixelGrid:
-        """The image field, centred on a modulator of that many mirrors."""
+        """Give the image field, centred on a modulator of that many mirrors."""
         return PixelGrid(image_size=self.image_size, superpixel=self.superpixel, columns=columns, rows=rows)
 
     @classmethod
@@ -151,7 +151,7 @@ class Plan(Frozen):
         """Read plan.toml.
 
         Raises:
-            ConfigError: every mistake in the file at once, with line and suggestion.
+            ConfigError: the file has mistakes; the error names all of them, with line and suggestion.
         """
         document = read_document(Path(path))
         problems = scheme_problems(document)
@@ -168,7 +168,7 @@ class Plan(Frozen):
 
     @classmethod
     def from_json(cls, text: str) -> Self:
-        """Read the plan as a recording stores it; one by version 0.1 has the scheme's settings among its own."""
+        """Read the plan as a recording stores it. Version 0.1 stored the scheme's settings among the plan's own."""
         values: dict[str, Any] = json.loads(text)
         once = {key: values.pop(key) for key in _ONCE_OF_THE_PLAN if key in values}
         if once and isinstance(values.get("scheme"), str):

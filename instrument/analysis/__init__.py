@@ -1,4 +1,4 @@
-"""The whole way from a recording to its figures."""
+"""The analysis of a recording: path, image and figures of merit."""
 
 from instrument.analysis.analyse import Analysis, OnStep, analyse
 from instrument.analysis.merit import Figures, figures_of

@@ -1,4 +1,4 @@
-"""From a recording to path, image, and how good both are."""
+"""The analysis of a recording: path, image, and how good both are."""
 
 import time
 from collections.abc import Callable
@@ -17,30 +17,30 @@ from instrument.tracking import Trajectory, track
 from protocols import Floats, InputError
 
 OnStep: TypeAlias = Callable[[str, int, int], None]
-"""Called with what is being done, how many steps are done, and how many there are."""
+"""Function that is called with the step that begins, the number of steps done, and the number of all steps."""
 
 
 @dataclass(frozen=True, eq=False)
 class Analysis:
-    """All that is known of a recording after its analysis."""
+    """A recording and the results of its analysis."""
 
     recording: Recording
-    """What was analysed."""
+    """Recording that was analysed."""
 
     tracking: Tracking
-    """How the path was found."""
+    """Method by which the path was found."""
 
     trajectory: Trajectory | None
-    """The path; None where the scheme sees no position, and the object was taken as at rest."""
+    """The path; None where the scheme has no position, so that the object was taken as at rest."""
 
     reconstruction: Reconstruction | None
-    """The image with the motion taken back; None where the scheme only tracks."""
+    """The image corrected for the motion; None where the scheme only tracks."""
 
     ignored: Floats | None
-    """``(m, m)``: the image as it comes out if the motion is ignored, for comparison; None where there is no image."""
+    """``(m, m)``: the image without correction for the motion, for comparison; None where there is no image."""
 
     refinements: int
-    """How often path and image were refined together."""
+    """Number of refinements of path and image together."""
 
     figures: Figures
     """Figures of merit."""
@@ -52,12 +52,12 @@ class Analysis:
 
     @staticmethod
     def padded(rows: Floats, frames: int) -> Floats:
-        """Rows of the frames analysed, with NaN for frames of the recording that were left out at its end."""
+        """Append rows of NaN for the frames at the end of the recording that were not analysed, ``(frames, 2)`` in all."""
         return np.pad(rows, ((0, frames - len(rows)), (0, 0)), constant_values=np.nan)
 
 
 def _tell_nobody(what: str, done: int, total: int) -> None:
-    """Take no notice of progress."""
+    """Ignore the progress."""
 
 
 def analyse(
@@ -70,13 +70,13 @@ def analyse(
     """Track the object, reconstruct its image, and judge both, as far as the recording's scheme goes.
 
     Args:
-        recording: whole or partial.
-        tracking: how the path is found.
-        method: how the image is made.
-        on_step: told of progress.
+        recording: whole or partial recording.
+        tracking: method by which the path is found.
+        method: method by which the image is made, as in ``reconstruct``.
+        on_step: function that is called before each step.
 
     Raises:
-        InputError: no usable frame, an object that leaves the field, an unknown tracking or method.
+        InputError: no frame is usable, the object leaves the field, or the tracking or the method is unknown.
     """
     if tracking not in get_args(Tracking):
         raise InputError(

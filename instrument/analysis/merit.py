@@ -1,4 +1,4 @@
-"""Figures of merit of one analysis: what ``kinopix analyse`` prints and stores."""
+"""Figures of merit of one analysis, which ``kinopix analyse`` prints and stores."""
 
 from typing import Any, Final
 
@@ -12,59 +12,59 @@ from instrument.tracking import Trajectory
 from protocols import Frozen, Truth
 
 _LIGHT_CHANGE: Final = 0.05
-"""Change of the total light that is worth a warning."""
+"""Relative change of the total light above which the figures warn."""
 
 _EXACT_DB: Final = 300.0
 """PSNR that is stated for an image without any error: about what the digits of double precision allow."""
 
 _MISFIT: Final = 1.5
-"""Misfit that is worth a warning."""
+"""Misfit above which the figures warn."""
 
 
 class Figures(Frozen):
-    """How good motion and image are. Figures that need the truth are None for a real bench."""
+    """Quality of motion and image. Figures that need the truth are None for a real bench."""
 
     frames: NonNegativeInt
-    """Frames analysed."""
+    """Number of frames analysed."""
 
     frames_masked: NonNegativeInt
-    """Of those, left out."""
+    """Number of frames, of those analysed, that were not valid."""
 
     travel_px: tuple[float, float] | None
-    """Displacement of the last frame, x and y; None where the scheme sees no position."""
+    """Displacement of the last frame, x and y; None where the scheme has no position."""
 
     sigma_px: NonNegativeFloat | None
-    """Median of the stated standard deviation of the displacement; None where too few frames tell."""
+    """Median of the stated standard deviation of the displacement; None where there are too few frames to state one."""
 
     misfit: float | None
-    """RMS of what image and motion leave unexplained, over the noise; about 1 where both are right."""
+    """Root mean square of what image and motion leave unexplained, over the noise; about 1 where both are right."""
 
     light_change: NonNegativeFloat
     """Largest change of the field's total light in the run, relative to its median, over tenths of the run."""
 
     analysis_s: NonNegativeFloat
-    """Time that tracking and reconstruction took."""
+    """Time taken by tracking and reconstruction."""
 
     displacement_mse_px2: float | None = None
-    """Mean over frames and both axes of the squared error, frame 0 as reference."""
+    """Mean squared error of the displacement over frames and both axes, relative to frame 0."""
 
     displacement_mse_offset_free_px2: float | None = None
-    """The same with a constant shift removed."""
+    """Mean squared error of the displacement after a constant shift is removed."""
 
     psnr_db: float | None = None
     """10 log10(1 / MSE) of the image, clipped to 0..1; after one least-squares gain for photon counts; 300 at most."""
 
     ssim_global: float | None = None
-    """The formula of Li et al. (2023), with moments of the whole image."""
+    """Structural similarity with moments of the whole image, as in Li et al. (2023)."""
 
     ssim_local: float | None = None
-    """Wang et al. (2004), Gaussian window of 11 x 11, sigma 1.5."""
+    """Structural similarity with a Gaussian window of 11 x 11, sigma 1.5, as in Wang et al. (2004)."""
 
     doubts: tuple[str, ...] = ()
-    """What should make a person doubt the result."""
+    """Sentences, each of which gives a reason to doubt the result."""
 
     def rows(self) -> dict[str, str]:
-        """The figures as a person reads them."""
+        """Give the figures as a person reads them: text by name."""
         rows = {
             "frames": f"{self.frames}, {self.frames_masked} masked",
         }
@@ -84,7 +84,7 @@ class Figures(Frozen):
         return {**rows, "analysis": f"{self.analysis_s:.2f} s"}
 
     def caption(self) -> str:
-        """One line for a picture."""
+        """Give one line for a picture."""
         parts = [f"{self.frames} frames"]
         if self.displacement_mse_px2 is not None:
             parts.append(f"displacement MSE {self.displacement_mse_px2:.4f} px²")
@@ -102,14 +102,14 @@ def figures_of(
     reconstruction: Reconstruction | None,
     took_s: float,
 ) -> Figures:
-    """Work out the figures, with those that need the truth where it is known.
+    """Compute the figures, with those that need the truth where it is known.
 
     Args:
-        measurement: what was analysed.
-        truth: what really was there.
-        trajectory: the path; None where the scheme sees none.
-        reconstruction: the image; None where the scheme has none.
-        took_s: time of the analysis.
+        measurement: measurement that was analysed.
+        truth: true displacement and image; None where they are unknown.
+        trajectory: path found; None where the scheme has no position.
+        reconstruction: image found; None where the scheme has none.
+        took_s: time taken by the analysis.
     """
     light_change = measurement.light_change()
     of_path, of_image = _path_figures(trajectory, truth), _image_figures(reconstruction, truth, measurement)
@@ -124,6 +124,7 @@ def figures_of(
 
 
 def _path_figures(trajectory: Trajectory | None, truth: Truth | None) -> dict[str, Any]:
+    """Compute the figures of the path."""
     if trajectory is None:
         return {}
     found_px, sigma_px = trajectory.displacement_px, float(np.median(trajectory.sigma_px))
@@ -140,6 +141,7 @@ def _path_figures(trajectory: Trajectory | None, truth: Truth | None) -> dict[st
 def _image_figures(
     reconstruction: Reconstruction | None, truth: Truth | None, measurement: Measurement
 ) -> dict[str, Any]:
+    """Compute the figures of the image."""
     if reconstruction is None:
         return {}
     image, fit_gain = reconstruction.image, measurement.photon_counts
@@ -152,6 +154,7 @@ def _image_figures(
 
 
 def _doubts(light_change: float, misfit: float | None) -> tuple[str, ...]:
+    """Write a sentence for each figure that is a reason for doubt."""
     found: list[str] = []
     if light_change > _LIGHT_CHANGE:
         found.append(

@@ -1,4 +1,4 @@
-"""The analysis of a recording in a file: read, analysed, written into it."""
+"""Analysis of a recording in a file: the file is read, analysed, and the result is written into it."""
 
 from pathlib import Path
 
@@ -21,15 +21,15 @@ def analyse_path(
     """Analyse a recording, write ``/entry/analysis`` into it, and give its figures.
 
     Args:
-        path: of the recording.
-        tracking: how the path is found.
-        method: how the image is made.
-        frames: use the first so many only; None for all.
-        background: recording of the same plan without the object, to be subtracted.
-        on_step: told of progress.
+        path: file of the recording.
+        tracking: method by which the path is found.
+        method: method by which the image is made, as in ``reconstruct``.
+        frames: number of frames, from the first on, that are used; None for all.
+        background: file of a recording of the same plan without the object, to be subtracted.
+        on_step: function that is called before each step.
 
     Raises:
-        InputError: no readable recording, no usable frame, an object that leaves the field.
+        InputError: the recording cannot be read, no frame is usable, or the object leaves the field.
     """
     recording = recording_to_analyse(path, background)
     used = recording if frames is None else recording.first(frames)
@@ -39,17 +39,17 @@ def analyse_path(
 
 
 def recording_to_analyse(path: str | Path, background: str | Path | None = None) -> Recording:
-    """Open a recording and, where one is given, take a background off it.
+    """Open a recording and subtract a background from it, if one is given.
 
     Raises:
-        InputError: no readable recording, or a background that does not go with it.
+        InputError: a file cannot be read, or the background does not belong to the recording.
     """
     recording = open_recording(path)
     return recording if background is None else recording.minus(open_recording(background))
 
 
 def store(path: str | Path, recording: Recording, analysis: Analysis) -> None:
-    """Write an analysis into its recording; frames that were left out at the end are NaN there.
+    """Write an analysis into the file of its recording, with NaN for frames at the end that were not analysed.
 
     Raises:
         InputError: the file cannot be changed.

@@ -1,4 +1,4 @@
-"""TOML files into checked models, and plug-ins by name."""
+"""Configuration: TOML files read into checked models, and plug-ins found by name."""
 
 from instrument.config.bench import BenchConfig, OnAbort, Resolved, ResolvedDevice, load_bench
 from instrument.config.check import validate_table
@@ -14,7 +14,6 @@ from instrument.config.discovery import (
 )
 from instrument.config.document import read_document
 from instrument.config.errors import ConfigError, Problem
-from instrument.config.load import load_model
 from instrument.config.scheme_table import (
     DEFAULT_SCHEME,
     SchemePlugin,
@@ -43,7 +42,6 @@ __all__ = [
     "installed_plugins",
     "list_plugins",
     "load_bench",
-    "load_model",
     "read_document",
     "scheme_plugin",
     "scheme_problems",

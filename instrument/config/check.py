@@ -1,4 +1,4 @@
-"""A table of a TOML file against a pydantic model: what pydantic found wrong, as problems with a place and a suggestion."""
+"""Validation of a table of a TOML file by a pydantic model: each mistake becomes a problem with a line and a suggestion."""
 
 import json
 import re
@@ -15,7 +15,7 @@ from instrument.config.suggest import suggest_key, suggest_value
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
-_LONGEST = 60
+_LONGEST = 60  # characters of a value that are shown
 _IN_TOML = {
     "an object": "a table",
     "a valid array": "a list",
@@ -35,17 +35,17 @@ def validate_table(
 ) -> tuple[ModelT | None, list[Problem]]:
     """Validate ``values``, which stand in ``table`` of ``document``.
 
-    Validation is strict, by the rules for JSON: the text "25" is no number, 1666.0 is no whole number.
+    Validation is strict and follows the rules for JSON: the text "25" is no number, and 1666.0 is no whole number.
 
     Args:
-        model: what the table should be.
-        values: the keys that are meant for the model.
-        document: where they stand.
+        model: model that the table should fit.
+        values: keys and values of the table that the model should take.
+        document: file that holds the table.
         table: path of the table.
-        reserved: keys of the same table that belong to somebody else; they serve as suggestions only.
+        reserved: keys of the same table that another model takes; they are used for suggestions only.
 
     Returns:
-        The model and no problems, or None and all of them.
+        The model and no problems, or None and all problems.
     """
     try:
         return model.model_validate_json(json.dumps(values, default=str), strict=True), []
@@ -56,15 +56,22 @@ def validate_table(
 
 @dataclass(frozen=True)
 class _Place:
-    """The table that is being checked."""
+    """The table that is being validated."""
 
     model: type[BaseModel]
+    """Model that the table should fit."""
+
     document: Document
+    """File that holds the table."""
+
     table: KeyPath
+    """Path of the table."""
+
     reserved: tuple[str, ...]
+    """Keys of the table that another model takes."""
 
     def problem(self, detail: dict[str, Any]) -> Problem:
-        """One of pydantic's findings, with place and suggestion."""
+        """Give one of pydantic's errors as a problem."""
         path, kind = self.real_path(detail), str(detail["type"])
         if kind == "extra_forbidden":
             saw, expected, suggestion = self.unknown_key(path)
@@ -79,6 +86,7 @@ class _Place:
         return Problem(self.document.path, self.document.line_of(where), key, saw, expected, suggestion)
 
     def bad_value(self, path: KeyPath, detail: dict[str, Any]) -> tuple[str, str, str]:
+        """Say what was seen, expected and probably meant where a value does not fit."""
         value, context = self.value(path), detail.get("ctx", {})
         choices = str(context.get("expected_tags") or context.get("expected") or "")
         suggestion = suggest_value(value, re.findall(r"'([^']*)'", choices)) if isinstance(value, str) else ""
@@ -87,7 +95,7 @@ class _Place:
         return _shown(value), _expected(str(detail["msg"])), suggestion
 
     def broken_rule(self, path: KeyPath, message: str) -> tuple[KeyPath, str, str, str]:
-        """A validator of the model's own; its message may begin with the key that it is about."""
+        """Say the same, and the path, where a validator of the model raised; its message may begin with the key concerned."""
         message = message.removeprefix("Value error, ")
         about = tuple(message.split(maxsplit=1)[0].split("."))
         if self.value((*path, *about)) is not None:
@@ -95,29 +103,33 @@ class _Place:
         return path, _shown(self.value(path)), "another value", message
 
     def unknown_key(self, path: KeyPath) -> tuple[str, str, str]:
+        """Say what was seen, expected and probably meant where the model does not know the key."""
         known = [*fields_at(self.model, path[:-1]), *(self.reserved if len(path) == 1 else ())]
         present = self.keys_beside(path)
-        # A key that is there already cannot be what was meant, unless nothing else is near.
+        # A key that the table already has is probably not what was meant, unless it is the only one that is similar.
         suggestion = suggest_key(str(path[-1]), [key for key in known if key not in present] or known)
         return "an unknown key", f"one of {', '.join(known)}" if known else "no key here", suggestion
 
     def missing_key(self, path: KeyPath) -> tuple[str, str, str]:
+        """Say what was seen, expected and probably meant where a key is missing."""
         name, known = str(path[-1]), fields_at(self.model, path[:-1])
         near = [key for key in self.keys_beside(path) if key not in known and suggest_key(key, [name])]
         return "nothing", f"a value for {name}", f"is {near[0]} meant to be {name}?" if near else ""
 
     def value(self, path: KeyPath) -> object:
+        """Give the value at a path in the table; None where there is none."""
         return self.document.at((*self.table, *path))
 
     def keys_beside(self, path: KeyPath) -> list[str]:
+        """List the keys that the file has beside the one at a path, itself included."""
         beside = self.value(path[:-1])
         return [str(key) for key in cast("dict[str, Any]", beside)] if isinstance(beside, dict) else []
 
     def real_path(self, detail: dict[str, Any]) -> KeyPath:
-        """Path of the mistake in the file: without the names that pydantic puts in for the members of a union."""
+        """Give the path of an error in the file, without the names that pydantic inserts for the members of a union."""
         kind, parts = str(detail["type"]), tuple[str | int, ...](detail["loc"])
         if kind.startswith("union_tag"):
-            # The key that tells the members apart is what is wrong, not the table it stands in.
+            # The mistake is in the key that tells the members apart, and not in its table.
             parts = (*parts, str(detail["ctx"]["discriminator"]).strip("'"))
         path: KeyPath = ()
         for depth, part in enumerate(parts, 1):
@@ -128,7 +140,7 @@ class _Place:
 
 
 def fields_at(model: type[BaseModel], path: KeyPath) -> list[str]:
-    """Keys that ``model`` knows in the table at ``path``, of all members where that is a union."""
+    """List the keys that ``model`` knows in the table at ``path``; where that is a union, those of all its members."""
     models = [model]
     for key in path:
         if isinstance(key, str):
@@ -144,13 +156,14 @@ def fields_at(model: type[BaseModel], path: KeyPath) -> list[str]:
 
 
 def _models_in(annotation: Any) -> list[type[BaseModel]]:
+    """List the models that an annotation names, such as the members of a union."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
     return [model for inner in get_args(annotation) for model in _models_in(inner)]
 
 
 def _expected(message: str) -> str:
-    """Pydantic's sentence without its first words, in the words of TOML."""
+    """Give pydantic's message without its first words, in the terms of TOML."""
     for opening in ("Input should be ", "Assertion failed, "):
         if message.startswith(opening):
             message = message.removeprefix(opening)
@@ -159,6 +172,7 @@ def _expected(message: str) -> str:
 
 
 def _shown(value: object) -> str:
+    """Write a value as it is shown in a message, shortened where it is long."""
     if isinstance(value, dict):
         return "this table"
     text = json.dumps(value, default=str, ensure_ascii=False)
@@ -166,7 +180,7 @@ def _shown(value: object) -> str:
 
 
 def _merged(problems: list[Problem]) -> list[Problem]:
-    """One problem a key: pydantic names each member of a union that did not fit."""
+    """Merge problems of the same key, as pydantic reports each member of a union that did not fit."""
     by_key: dict[tuple[str, str], Problem] = {}
     for problem in problems:
         earlier = by_key.get((problem.key, problem.saw))

@@ -20,11 +20,11 @@ plural."""
 
 
 class Plugin(Protocol):
-    """What plug-ins of every kind have in common."""
+    """The part that plug-ins of all kinds have in common."""
 
     @property
     def summary(self) -> str:
-        """One line for ``kinopix drivers``."""
+        """One line that ``kinopix drivers`` shows."""
         ...
 
     @property
@@ -34,7 +34,7 @@ class Plugin(Protocol):
 
 
 RESERVED_KEYS = ("driver", "transport", "emulator", "on_abort", "px_per_mm")
-"""Keys of a device table of bench.toml that belong to the framework, so that no driver's settings may use them."""
+"""Keys of a device table of bench.toml that the framework uses, so that no driver's settings may have them."""
 
 _TYPES: dict[PluginKind, type] = {
     **{role.name: DriverPlugin for role in ROLES},
@@ -71,37 +71,37 @@ class PluginBroken(InputError):
 
 @dataclass(frozen=True)
 class InstalledPlugin:
-    """A plug-in as its distribution announces it. Nothing of it is imported before ``load``."""
+    """A plug-in as its distribution announces it. It is not imported before ``load``."""
 
     kind: PluginKind
-    """What it is."""
+    """Kind of the plug-in."""
 
     name: str
-    """The name that bench.toml calls it by."""
+    """Name that a configuration file refers to it by."""
 
     distribution: str
-    """The distribution that brought it."""
+    """Distribution that offers it."""
 
     version: str
     """Version of that distribution."""
 
     entry_point: EntryPoint
-    """Where it is to be found."""
+    """Entry point that imports it."""
 
     @property
     def origin(self) -> str:
-        """Kind, name, distribution and version in words."""
+        """Kind, name, distribution and version as text for messages."""
         return f"{self.kind} plug-in {self.name!r} of {self.distribution} {self.version}"
 
     def load(self) -> Plugin:
         """Import the plug-in.
 
         Raises:
-            PluginBroken: the import fails, or what it gives cannot serve.
+            PluginBroken: the import fails, or gives no plug-in of this kind.
         """
         try:
             found: object = self.entry_point.load()
-        except Exception as error:  # whatever third-party code raises while it is imported
+        except Exception as error:  # third-party code may raise anything while it is imported
             saw = f"{type(error).__name__}: {error}"
             raise self._broken(saw, f"{self.entry_point.value} to import without an error") from error
         wanted: type = _TYPES[self.kind]
@@ -116,15 +116,15 @@ class InstalledPlugin:
         return plugin
 
     def load_driver(self) -> DriverPlugin[Any, Any]:
-        """``load`` for a modulator, a counter or a stage."""
+        """Import the plug-in of a modulator, a counter or a stage, as ``load`` does."""
         return cast("DriverPlugin[Any, Any]", self.load())
 
     def load_transport(self) -> TransportPlugin[Any]:
-        """``load`` for a transport."""
+        """Import the plug-in of a transport, as ``load`` does."""
         return cast("TransportPlugin[Any]", self.load())
 
     def load_scene(self) -> ScenePlugin[Any]:
-        """``load`` for a scene."""
+        """Import the plug-in of a scene, as ``load`` does."""
         return cast("ScenePlugin[Any]", self.load())
 
     def _check_settings(self, settings: type[BaseModel]) -> None:
@@ -149,16 +149,16 @@ class PluginLine:
     """One line of ``kinopix drivers``."""
 
     plugin: InstalledPlugin
-    """Which one."""
+    """The plug-in."""
 
     summary: str = ""
-    """What it says of itself; empty where it is broken."""
+    """The plug-in's own summary; empty where it cannot be loaded."""
 
     availability: Availability = field(default_factory=lambda: Availability(ready=False))
-    """Whether it can be used on this machine now."""
+    """Whether the plug-in can be used on this machine now."""
 
     error: str = ""
-    """Why it cannot be loaded, or why its own look-around failed; empty where nothing went wrong."""
+    """Why it cannot be loaded, or why its check of availability failed; empty where nothing went wrong."""
 
 
 def installed_plugins(kind: PluginKind) -> tuple[InstalledPlugin, ...]:
@@ -170,7 +170,7 @@ def find_plugin(kind: PluginKind, name: str) -> InstalledPlugin:
     """Give the one plug-in of that name.
 
     Raises:
-        PluginMissing: there is none, or more than one; names what is installed.
+        PluginMissing: there is no such plug-in, or more than one; the error names what is installed.
     """
     installed = installed_plugins(kind)
     found = [plugin for plugin in installed if plugin.name == name]
@@ -193,11 +193,12 @@ def find_plugin(kind: PluginKind, name: str) -> InstalledPlugin:
 
 
 def list_plugins() -> tuple[PluginLine, ...]:
-    """Load every plug-in and ask it whether it can be used now. One that is broken is listed with its error."""
+    """Load every plug-in and ask whether it can be used now. One that cannot be loaded is listed with its error."""
     return tuple(_line(plugin) for kind in _TYPES for plugin in installed_plugins(kind))
 
 
 def _announced(kind: PluginKind) -> Iterator[InstalledPlugin]:
+    """Find the entry points of one kind."""
     for entry_point in entry_points(group=f"kinopix.{kind}s"):
         owner = entry_point.dist
         yield InstalledPlugin(
@@ -210,6 +211,7 @@ def _announced(kind: PluginKind) -> Iterator[InstalledPlugin]:
 
 
 def _line(installed: InstalledPlugin) -> PluginLine:
+    """Load a plug-in, and describe it or what went wrong."""
     try:
         plugin = installed.load()
     except PluginBroken as error:

@@ -1,4 +1,4 @@
-"""A TOML file: its values, and on which line each stands."""
+"""A TOML file: its values, and the line of each."""
 
 import re
 import tomllib
@@ -14,25 +14,25 @@ _PLACE = re.compile(r"^(.*?) \(at (?:line (\d+), column (\d+)|end of document)\)
 
 @dataclass(frozen=True)
 class Document:
-    """A file that is valid TOML."""
+    """The contents of a file that is valid TOML."""
 
     path: Path
-    """Where it was read."""
+    """Path that the file was read from."""
 
     values: dict[str, Any]
-    """What ``tomllib`` made of it."""
+    """Values as ``tomllib`` gives them."""
 
     lines: dict[KeyPath, int]
-    """The line of each key."""
+    """Line of each key, from 1."""
 
     def line_of(self, path: KeyPath) -> int | None:
-        """Line of ``path``, or of the nearest table above it that the text names; None for the whole file."""
+        """Give the line of ``path``, or of the nearest table above it that the text names; None for the whole file."""
         while path and path not in self.lines:
             path = path[:-1]
         return self.lines.get(path)
 
     def at(self, path: KeyPath) -> Any:
-        """The value at ``path``; None where there is none."""
+        """Give the value at ``path``; None where there is none."""
         value: Any = self.values
         for key in path:
             try:
@@ -46,7 +46,7 @@ def read_document(path: Path) -> Document:
     """Read a TOML file.
 
     Raises:
-        ConfigError: there is no such file, it cannot be read, it is not UTF-8, or it is not TOML.
+        ConfigError: the file does not exist, cannot be read, is not UTF-8, or is not TOML.
     """
     text = _decode(path, _read(path))
     try:
@@ -59,6 +59,7 @@ def read_document(path: Path) -> Document:
 
 
 def _read(path: Path) -> bytes:
+    """Read the bytes of a file."""
     try:
         return path.read_bytes()
     except FileNotFoundError as error:
@@ -66,12 +67,13 @@ def _read(path: Path) -> bytes:
         raise _whole(path, "no such file", "a TOML file", f"{path.absolute().parent} holds {others}") from error
     except IsADirectoryError as error:
         raise _whole(path, "a folder", "a TOML file", f"name a file in it, such as {path / 'bench.toml'}") from error
-    except OSError as error:  # no permission, a dead network drive; Windows says so for a folder too
+    except OSError as error:  # such as no permission, or a lost network drive; on Windows also a folder
         saw = "a folder" if path.is_dir() else (error.strerror or str(error))
         raise _whole(path, saw, "a TOML file that can be read", "") from error
 
 
 def _decode(path: Path, raw: bytes) -> str:
+    """Decode UTF-8, with or without a byte order mark."""
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise _whole(path, "text in UTF-16", "UTF-8", "save the file again as UTF-8")
     try:
@@ -84,6 +86,7 @@ def _decode(path: Path, raw: bytes) -> str:
 
 
 def _syntax(path: Path, text: str, message: str) -> ConfigError:
+    """Give the error for a text that is not TOML, with the line that ``tomllib`` names."""
     found = _PLACE.match(message)
     said = found[1] if found else message
     line = int(found[2]) if found and found[2] else len(text.rstrip().splitlines()) or 1
@@ -93,4 +96,5 @@ def _syntax(path: Path, text: str, message: str) -> ConfigError:
 
 
 def _whole(path: Path, saw: str, expected: str, suggestion: str) -> ConfigError:
+    """Give an error that concerns the file as a whole."""
     return ConfigError(path, [Problem(path, None, "", saw, expected, suggestion)])

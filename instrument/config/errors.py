@@ -1,4 +1,4 @@
-"""Every mistake in a configuration file, in one error."""
+"""The error for a configuration file, which holds every mistake in it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,28 +9,28 @@ from protocols import InputError
 
 @dataclass(frozen=True)
 class Problem:
-    """One mistake, and where it stands."""
+    """One mistake, with its place in the file."""
 
     file: Path
-    """The file as it was named."""
+    """Path of the file, as the user gave it."""
 
     line: int | None
-    """Line in the file, from 1; None where the mistake has no place in the text."""
+    """Line in the file, from 1; None where the mistake has no line."""
 
     key: str
-    """Key path, such as ``motion.velocity_mm_s``; empty for the file as a whole."""
+    """Path of the key, such as ``motion.velocity_mm_s``; empty for the file as a whole."""
 
     saw: str
-    """What stands there."""
+    """Description of what the file has there."""
 
     expected: str
-    """What should stand there."""
+    """Description of what it should have there."""
 
     suggestion: str = ""
-    """What was probably meant, or how to go on; empty where nobody can tell."""
+    """What was probably meant, or what to do; empty where there is no suggestion."""
 
     def __str__(self) -> str:
-        """One paragraph: ``plan.toml:7: motion.velocity: saw ...; expected ... (did you mean ...?)``."""
+        """Write one paragraph: ``plan.toml:7: motion.velocity: saw ...; expected ... (did you mean ...?)``."""
         place = str(self.file) if self.line is None else f"{self.file}:{self.line}"
         where = f"{place}: {self.key}" if self.key else place
         hint = f" ({self.suggestion})" if self.suggestion else ""
@@ -38,12 +38,12 @@ class Problem:
 
 
 class ConfigError(InputError):
-    """A configuration file that cannot be used, with all its mistakes at once."""
+    """A configuration file cannot be used; the error holds all its mistakes."""
 
     def __init__(self, file: Path, problems: Sequence[Problem]) -> None:
-        """Keep the problems in the order of the file, and write one line for each."""
+        """Sort the problems by line, and write one line for each."""
         self.problems = tuple(sorted(problems, key=lambda problem: problem.line or 0))
-        """Every mistake found."""
+        """Mistakes in the order of the file."""
         mistakes = f"{len(problems)} mistakes" if len(problems) > 1 else "1 mistake"
         super().__init__(
             saw=f"{mistakes} in {file}",

@@ -1,7 +1,7 @@
-"""On which line of a TOML text each key stands.
+"""The line of each key in a TOML text.
 
-``tomllib`` reads the values but forgets the places. The text is known to be valid when it comes here, so a scanner that finds
-keys and skips values is enough: headers, arrays of tables, dotted and quoted keys, arrays, inline tables, all four strings.
+``tomllib`` gives the values without their lines. As the text is known to be valid, a scanner that finds keys and skips values
+is enough. It knows headers, arrays of tables, dotted and quoted keys, arrays, inline tables, and all four kinds of strings.
 """
 
 import re
@@ -9,7 +9,7 @@ import tomllib
 from typing import TypeAlias
 
 KeyPath: TypeAlias = tuple[str | int, ...]
-"""Keys and array indices from the root down."""
+"""Path from the root of a document: keys of tables and indices of arrays."""
 
 _BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
 _KEY = re.compile(r'[ \t]*("(?:\\.|[^"\\])*"|\'[^\']*\'|[A-Za-z0-9_-]+)[ \t]*')
@@ -29,14 +29,18 @@ def key_lines(text: str) -> dict[KeyPath, int]:
 
 
 class _Scanner:
+    """Goes through a text once and notes the line of each key."""
+
     def __init__(self, text: str) -> None:
         self.text = text
         self.at = 0
+        """Index of the next character."""
         self.lines: dict[KeyPath, int] = {}
         self.last_index: dict[KeyPath, int] = {}
-        """Of each array of tables, its newest element."""
+        """Index of the newest element of each array of tables."""
 
     def scan(self) -> dict[KeyPath, int]:
+        """Scan the whole text."""
         table: KeyPath = ()
         while self.skip_blank() < len(self.text):
             if self.text[self.at] == "[":
@@ -46,10 +50,12 @@ class _Scanner:
         return self.lines
 
     def skip_blank(self) -> int:
+        """Go on to the next character that is no blank, no line end and no comment, and give its index."""
         self.skip(_BLANK)
         return self.at
 
     def skip(self, pattern: re.Pattern[str]) -> re.Match[str]:
+        """Go on past a match of ``pattern``, and give the match."""
         found = pattern.match(self.text, self.at)
         if found is None:
             raise ValueError(f"no valid TOML at character {self.at}")
@@ -57,20 +63,22 @@ class _Scanner:
         return found
 
     def note(self, path: KeyPath) -> None:
+        """Note the current line for a path that has none yet."""
         self.lines.setdefault(path, self.text.count("\n", 0, self.at) + 1)
 
     def key(self) -> list[str]:
+        """Read a key, dotted or not, as its parts."""
         parts: list[str] = []
         while True:
             raw = self.skip(_KEY)[1]
-            # A quoted key may hold escapes: let the parser undo them.
+            # A quoted key may hold escape sequences, which the parser resolves.
             parts.append(tomllib.loads(f"key = {raw}")["key"] if raw[0] in "\"'" else raw)
             if self.text[self.at] != ".":
                 return parts
             self.at += 1
 
     def header(self) -> KeyPath:
-        """``[a.b]`` or ``[[a.b]]``; where a part names an array of tables, its newest element is meant."""
+        """Read ``[a.b]`` or ``[[a.b]]``. A part that names an array of tables stands for its newest element."""
         brackets = 2 if self.text.startswith("[[", self.at) else 1
         self.at += brackets
         parts, path = self.key(), KeyPath()
@@ -86,13 +94,15 @@ class _Scanner:
         return path
 
     def key_value(self, path: KeyPath) -> None:
+        """Read a key and its value in the table at ``path``."""
         for part in self.key():
             path = (*path, part)
             self.note(path)
-        self.at += 1  # the equals sign
+        self.at += 1  # past the equals sign
         self.value(path)
 
     def value(self, path: KeyPath) -> None:
+        """Skip a value, and note the keys in it."""
         match self.text[self.skip_blank()]:
             case "[":
                 self.array(path)
@@ -104,6 +114,7 @@ class _Scanner:
                 self.skip(_BARE_VALUE)
 
     def array(self, path: KeyPath) -> None:
+        """Read an array, and note each element."""
         self.at += 1
         index = 0
         while self.text[self.skip_blank()] != "]":
@@ -114,6 +125,7 @@ class _Scanner:
         self.at += 1
 
     def inline_table(self, path: KeyPath) -> None:
+        """Read an inline table, and note each key."""
         self.at += 1
         while self.text[self.skip_blank()] != "}":
             self.key_value(path)
@@ -121,5 +133,6 @@ class _Scanner:
         self.at += 1
 
     def skip_comma(self) -> None:
+        """Go on past a comma, if there is one."""
         if self.text[self.skip_blank()] == ",":
             self.at += 1

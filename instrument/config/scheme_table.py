@@ -1,4 +1,4 @@
-"""The ``[scheme]`` table of plan.toml: which scheme a plan asks for, and that scheme's own settings.
+"""The ``[scheme]`` table of plan.toml: the name of the plan's scheme, and that scheme's own settings.
 
 Schemes are found by entry point (group ``kinopix.schemes``), as drivers are, so that a third party can bring one.
 """
@@ -16,17 +16,17 @@ from instrument.config.errors import Problem
 from protocols import Frozen
 
 DEFAULT_SCHEME = "fourier-hadamard"
-"""The scheme of a plan that names none."""
+"""Name of the scheme of a plan that names none."""
 
 
 class SchemeSettings(Frozen):
-    """What every scheme's settings have in common; a scheme's own model adds its keys."""
+    """The part that the settings of all schemes have in common. A scheme's own model adds its keys."""
 
     patterns_per_frame: ClassVar[int]
-    """Patterns in one frame."""
+    """Number of patterns in one frame."""
 
     name: str
-    """The name under which the scheme is installed; a scheme's own model sets it as default, and takes no other."""
+    """Name under which the scheme is installed. A scheme's own model has it as default, and takes no other."""
 
     @field_validator("name")
     @classmethod
@@ -37,9 +37,9 @@ class SchemeSettings(Frozen):
         return name
 
     def check(self, image_size: int, superpixel: int) -> None:
-        """Raise ValueError where these settings do not go with the field; its text begins with the key that is wrong.
+        """Raise ValueError where these settings do not fit the field. Its text begins with the key that is wrong.
 
-        Here every field will do.
+        These common settings fit every field.
 
         Args:
             image_size: pixels a side of the field.
@@ -91,17 +91,17 @@ def scheme_plugin(name: str) -> SchemePlugin[Any]:
     """Find a scheme by name.
 
     Raises:
-        PluginMissing: no installed distribution offers it, or several do.
-        PluginBroken: it cannot be imported, or is no ``SchemePlugin``.
+        PluginMissing: no installed distribution offers the scheme, or several do.
+        PluginBroken: the plug-in cannot be imported, or is no ``SchemePlugin``.
     """
     return cast("SchemePlugin[Any]", find_plugin("scheme", name).load())
 
 
 def settings_of(table: object) -> SchemeSettings:
-    """Turn what stands under ``scheme`` into the settings of that scheme: its name alone, its table, or the settings.
+    """Give the settings of a scheme from its name, from its table, or from these settings themselves.
 
     Raises:
-        ValueError: neither of them, or a table that the scheme does not take (``ValidationError``).
+        ValueError: the argument is neither of them, or the scheme does not take the table (``ValidationError``).
         PluginMissing: there is no such scheme.
     """
     if isinstance(table, SchemeSettings):
@@ -109,14 +109,14 @@ def settings_of(table: object) -> SchemeSettings:
     if isinstance(table, str):
         table = {"name": table}
     if not isinstance(table, dict):
-        raise ValueError("scheme: give its name, or a table with its name and settings")  # noqa: TRY004 - pydantic's way
+        raise ValueError("scheme: give its name, or a table with its name and settings")  # noqa: TRY004 - pydantic turns a ValueError, and no TypeError, into its own error
     values = {"name": DEFAULT_SCHEME, **cast("dict[str, Any]", table)}
     settings: SchemeSettings = scheme_plugin(str(values["name"])).settings.model_validate(values)
     return settings
 
 
 def scheme_problems(document: Document) -> list[Problem]:
-    """Find every mistake of the scheme's entry in plan.toml, each with its line and a suggestion."""
+    """List every mistake of the scheme's entry in plan.toml, each with its line and a suggestion."""
     table = document.values.get("scheme", DEFAULT_SCHEME)
     as_table = isinstance(table, dict)
     values = cast("dict[str, Any]", table) if as_table else {"name": table}

@@ -1,4 +1,4 @@
-"""What a misspelt name was probably meant to be."""
+"""Suggestions of what a misspelt name was meant to be."""
 
 import re
 from collections.abc import Iterable
@@ -30,7 +30,7 @@ def unit_of(name: str) -> tuple[str, str]:
 
 
 def suggest_key(key: str, known: Iterable[str]) -> str:
-    """Say which of the ``known`` keys was meant, and its unit if that is what went wrong; empty if none is near."""
+    """Say which of the ``known`` keys was meant, and its unit if the mistake is in the unit; empty if none is similar."""
     known = list(known)
     stem, unit = unit_of(key)
     same_stem = [name for name in known if unit_of(name)[0] == stem]
@@ -46,6 +46,6 @@ def suggest_key(key: str, known: Iterable[str]) -> str:
 
 
 def suggest_value(value: str, known: Iterable[str]) -> str:
-    """Say which of the ``known`` values was meant; empty if none is near."""
+    """Say which of the ``known`` values was meant; empty if none is similar."""
     near = get_close_matches(value.lower(), list(known), n=1)
     return f"did you mean {near[0]!r}?" if near else ""

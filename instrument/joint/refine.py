@@ -1,11 +1,11 @@
-"""Joint refinement: the path from all values against the current image, the image again with that path, until both stand."""
+"""Joint refinement of path and image: each is estimated in turn with the other held, until the path stands still."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from instrument.joint.evidence import Evidence, View, evidence
-from instrument.measurement import Measurement
+from instrument.joint.evidence import Evidence, View, evidence_of
+from instrument.measurement import ImageValues, Measurement
 from instrument.numerics import Smooth, TvState, one_blas_thread, smooth, total_variation
 from instrument.reconstruction import Problem, Reconstruction, Solution
 from instrument.recording import Recording
@@ -13,13 +13,16 @@ from instrument.schemes import position_of
 from instrument.tracking import Trajectory, as_trajectory
 from protocols import Floats, Integers
 
-_FEWEST = 64  # frames below which an image is too poor to refine anything
-_LEAST_INFORMATION = 1e-3  # of the best frame's: a frame that tells less makes no step of its own
-_BLOCKS = (8, 32)  # of a run, to see slow errors in: fewest and most
-_BLOCK = 50  # frames in one of them: some pixels of distance, longer than dithering keeps its error
-_WORSE = 1.05  # times the misfit of the path given: a refined one that explains the values worse than that is dropped
+_FEWEST_FRAMES = 64  # below which an image is too poor to refine a path
+_MOST_REFINEMENTS = 8
+_LEAST_INFORMATION = 1e-3  # over the best frame's: a frame with less information makes a smaller step of its own
+_BLOCK_FRAMES = (
+    50  # in a block of which slow errors are seen: some pixels of path, longer than an error of the dithering
+)
+_BLOCKS = (8, 32)  # fewest and most blocks in a run
+_WORSE = 1.05  # ratio of misfits above which the refined path is worse than the one given
+_STANDS_STILL = 0.2  # change of the path over its uncertainty, both rms, below which it is taken as found
 _TINY = 1e-12
-_STANDS = 0.2  # of the uncertainty: a change of the path below that is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,113 +36,139 @@ class Refined:
     """Image at frame 0."""
 
     refinements: int
-    """How often the path was refined; 0 where the one given was kept."""
+    """Number of refinements of the path; 0 where the one given was kept."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Iterate:
+    """A path, and the image problem that it states."""
+
+    problem: Problem
+    """Image values, and the displacement during each pattern."""
+
+    trajectory: Trajectory
+    """The path."""
+
+    refinements: int = 0
+    """Number of refinements that led to it."""
 
 
 @one_blas_thread()
-def refine(
-    recording: Recording | Measurement, motion: Trajectory | Floats, *, region: bool = True, loops: int = 8
-) -> Refined:
+def refine(recording: Recording | Measurement, motion: Trajectory | Floats, *, region: bool = True) -> Refined:
     """Refine a trajectory by all that was measured, and reconstruct the image.
 
-    Each loop solves for the image (warm start), predicts all values of every frame with it, those of the position patterns from
-    the binary patterns as shown (so that dithering is no error any more) and the Hadamard difference, and makes one Gauss-Newton
-    step for the whole path: each frame's displacement that would explain its values best, weighted by its information,
-    smoothed as far as the data say. The last image starts anew: what earlier ones invented, with a worse path, would stay.
+    Each refinement solves for the image with the path held (total variation, warm start), and then makes one Gauss-Newton step
+    of the path with the image held. The image predicts all values of every frame: those of the position patterns from the binary
+    patterns as they were shown, so that dithering is no error any more, and the Hadamard difference. Each frame's step is
+    weighted by its Fisher information, and the path is smoothed as far as the data allow. The final image is solved for without
+    a warm start, as what earlier images invented with a worse path would persist.
 
-    The stated uncertainty is the smoother's, and more where the image leaves slow errors in the position values: they are seen
-    in the amplitude, in which there is no motion, and count in proportion to what these values tell of the motion. Where a
-    position has no amplitude, as a centroid, they are seen in the steps that the Hadamard values still ask for. It does not know
-    of a bend at the run's ends too weak for the data to show.
+    The stated uncertainty is that of the smoothed path, enlarged where the image leaves slow errors in the position values: they
+    are seen in the amplitude of the signal, which no motion changes, and count in proportion to these values' share in the
+    information. Where a position has no amplitude, as a centroid, they are seen in the steps that the Hadamard values still ask
+    for. The uncertainty does not cover a bend at the ends of the run that is too weak for the data to show.
 
-    Where the refined path explains the values worse than the one given, that one is kept: patterns too alike, of a plan that
-    shows few of them in an unlucky order, make an image that leads astray.
+    Where the refined path explains the values worse than the one given, that one is kept: where the patterns are too alike, as
+    in a plan that shows few of them in an unfavourable order, the image may mislead the path.
 
     Args:
-        recording: of a scheme with position and image.
-        motion: where to start, within about a pixel: what ``track`` gave.
-        region: as in ``reconstruct``.
-        loops: at most so many. It ends earlier where the path changes by less than a fifth of its uncertainty.
+        recording: recording of a scheme with position and image.
+        motion: path to start from, right within about a pixel: what ``track`` gave.
+        region: whether the object stays inside the field, as in ``reconstruct``.
 
     Raises:
-        InputError: as ``reconstruct``, or a scheme without position.
+        InputError: as ``reconstruct``, or the scheme has no position.
     """
     measurement = Measurement.of(recording)
     position_of(measurement.scheme)
     values = measurement.image_values(steady_object=region)
-    given = as_trajectory(motion, len(measurement), measurement.frame_time_s)
-    first = Problem.of(measurement, values, given, inside=region)
-    problem, trajectory = first, given
-    fixed = first.fixed_patterns()
-    total: Floats = values.positive + values.negative
-    if len(total) >= _FEWEST:
-        total = smooth(total, np.ones(len(total)), orders=(1,)).values
-    first_misfit: float | None = None
+    trajectory = as_trajectory(motion, len(measurement), measurement.frame_time_s)
+    given = _Iterate(Problem.of(measurement, values, trajectory, inside=region), trajectory)
+    best, misfit_given = _refined(given)
+    state = total_variation(*best.problem.hadamard())
+    if state.misfit > _WORSE * misfit_given:
+        best = given
+        state = total_variation(*given.problem.hadamard())
+    solution = Solution(state.image, best.problem.region, state.misfit, state.iterations)
+    return Refined(best.trajectory, Reconstruction.of(best.problem, solution, "tv"), best.refinements)
+
+
+def _refined(given: _Iterate) -> tuple[_Iterate, float]:
+    """Refine the path until it stands still. Return the last iterate, and the misfit with the path given."""
+    values = given.problem.values
+    if len(values) < _FEWEST_FRAMES:
+        return given, np.inf
+    fixed = given.problem.fixed_patterns()
+    total = _steady_total(values)
+    current, misfit_given = given, np.inf
     state: TvState | None = None
-    refinements = 0
-    while len(values) >= _FEWEST and refinements < loops:
-        state = total_variation(*problem.hadamard(), tolerance=0.03, iterations=40, start=state)
-        first_misfit = state.misfit if first_misfit is None else first_misfit
-        before = trajectory
-        trajectory = _step(evidence(problem, fixed, total, state.image), values.frame, trajectory)
-        problem = problem.moved(trajectory)
-        refinements += 1
-        change = trajectory.displacement_px - before.displacement_px
-        if np.mean(change**2) < _STANDS**2 * np.mean(trajectory.sigma_px**2):
+    for refinements in range(1, _MOST_REFINEMENTS + 1):
+        state = total_variation(*current.problem.hadamard(), tolerance=0.03, iterations=40, start=state)
+        if refinements == 1:
+            misfit_given = state.misfit
+        evidence = evidence_of(current.problem, fixed, total, state.image)
+        trajectory = _gauss_newton_step(evidence, values.frame, current.trajectory)
+        change_px = trajectory.displacement_px - current.trajectory.displacement_px
+        current = _Iterate(current.problem.moved(trajectory), trajectory, refinements)
+        if np.mean(change_px**2) < _STANDS_STILL**2 * np.mean(trajectory.sigma_px**2):
             break
-    state = total_variation(*problem.hadamard())
-    if first_misfit is not None and state.misfit > _WORSE * first_misfit:
-        problem, trajectory, refinements = first, given, 0
-        state = total_variation(*first.hadamard())
-    solution = Solution(state.image, problem.region, state.misfit, state.iterations)
-    return Refined(trajectory, Reconstruction.of(problem, solution, "tv"), refinements)
+    return current, misfit_given
 
 
-def _step(found: Evidence, frame: Integers, last: Trajectory) -> Trajectory:
-    """Make one Gauss-Newton step for x, then for y, each smoothed over the whole run.
+def _steady_total(values: ImageValues) -> Floats:
+    """Give the total light I_H+ + I_H-, ``(rows,)``, smoothed over frames."""
+    total: Floats = values.positive + values.negative
+    return smooth(total, np.ones(len(total)), orders=(1,)).values
+
+
+def _gauss_newton_step(evidence: Evidence, frame: Integers, last: Trajectory) -> Trajectory:
+    """Make one Gauss-Newton step for x and then, with that made, one for y, each smoothed over the whole run.
+
+    The Fisher information of a frame is the sum of its squared slopes, and its score that of slope times residual, as both are
+    in units of the noise.
 
     Args:
-        found: what the values say at the last path.
+        evidence: residuals and slopes at the last path.
         frame: ``(rows,)`` index of each valid frame.
         last: the path so far.
     """
-    path = last.displacement_px
-    moved = np.zeros((len(frame), 2))
+    step_px = np.zeros((len(frame), 2))
     fits: list[Smooth] = []
-    excess: list[float] = []
+    inflation: list[float] = []
     for axis in range(2):
-        information, score = np.zeros(len(path)), np.zeros(len(path))
-        for view in found.views:
-            left = view.residual - np.vecdot(view.slope, moved)
+        last_px = last.displacement_px[:, axis]
+        information, score = np.zeros(len(last)), np.zeros(len(last))
+        for view in evidence.views:
+            residual = view.residual - np.vecdot(view.slope, step_px)
             information[frame] += view.slope[:, axis] ** 2
-            score[frame] += view.slope[:, axis] * left
-        wanted = path[:, axis] + score / np.maximum(information, _LEAST_INFORMATION * information.max())
-        fit = smooth(wanted, information, known=True)
-        moved[:, axis] = (fit.values - path[:, axis])[frame]
+            score[frame] += view.slope[:, axis] * residual
+        target_px = last_px + score / np.maximum(information, _LEAST_INFORMATION * information.max())
+        fit = smooth(target_px, information, absolute_weights=True)
+        step_px[:, axis] = (fit.values - last_px)[frame]
         fits.append(fit)
-        own = found.axes[axis]
+        own = evidence.axes[axis]
         share = float(np.sum(own.position.slope[:, axis] ** 2) / information.sum())
         if own.amplitude is not None:
-            excess.append(1 + share * (_slowness(own.amplitude) - 1))
+            inflation.append(1 + share * (_slow_error_ratio(own.amplitude) - 1))
         else:
-            excess.append(1 + (1 - share) * (_slow_score(found.hadamard, axis) - 1))
+            inflation.append(1 + (1 - share) * (_slow_step_ratio(evidence.hadamard, axis) - 1))
     place_px = np.stack([fit.values for fit in fits], axis=1)
-    variance = np.stack([fit.variance_to_first for fit in fits], axis=1) * np.array(excess)
-    return Trajectory(place_px - place_px[0], np.sqrt(variance), last.frame_time_s, "joint", last.valid)
+    variance_px2 = np.stack([fit.variance_to_first for fit in fits], axis=1) * np.array(inflation)
+    return replace(last, displacement_px=place_px - place_px[0], sigma_px=np.sqrt(variance_px2), method="joint")
 
 
-def _slowness(amplitude: Floats) -> float:
-    """Power of slow errors in an amplitude, over that of white noise of variance 1; at least 1."""
+def _slow_error_ratio(amplitude: Floats) -> float:
+    """Give the variance of an amplitude's means over blocks, relative to that of white noise of variance 1; at least 1."""
     blocks = _in_blocks(amplitude)
     frames = int(blocks.shape[1])
     return max(1.0, float(blocks.mean(axis=1).var(ddof=1)) * frames)
 
 
-def _slow_score(view: View, axis: int) -> float:
-    """Power of slow errors in the displacement that a view would make along an axis, over that of its noise; at least 1.
+def _slow_step_ratio(view: View, axis: int) -> float:
+    """Give the variance of the step that each block of frames asks for along an axis, relative to that of its noise; at least 1.
 
-    Where path and image are right, its residuals are noise, and each block of frames asks for a step as large as its information
-    allows: the square of the step over its variance is 1 in the mean (a reduced chi-square over blocks).
+    Where path and image are right, the residuals are noise, and each block asks for a step as large as its information allows:
+    the square of the step over its variance is 1 in the mean (a reduced chi-square over blocks).
     """
     slope = view.slope[:, axis]
     score: Floats = _in_blocks(slope * view.residual).sum(axis=1)
@@ -149,5 +178,6 @@ def _slow_score(view: View, axis: int) -> float:
 
 def _in_blocks(series: Floats) -> Floats:
     """``(blocks, frames)``: a series cut into blocks in which errors are slow; what is left at its end is left out."""
-    frames = max(2, len(series) // min(max(len(series) // _BLOCK, _BLOCKS[0]), _BLOCKS[1]))
+    fewest, most = _BLOCKS
+    frames = max(2, len(series) // min(max(len(series) // _BLOCK_FRAMES, fewest), most))
     return series[: len(series) // frames * frames].reshape(-1, frames)

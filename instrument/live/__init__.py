@@ -1,4 +1,4 @@
-"""Motion and image while the run goes on, beside the recording and never in its way."""
+"""Motion and image while the run goes on, without delaying the recording."""
 
 from instrument.live.analysis import LiveAnalysis
 from instrument.live.imager import ProgressiveImager

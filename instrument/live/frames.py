@@ -1,4 +1,4 @@
-"""Blocks of patterns into whole frames."""
+"""Assembly of whole frames from blocks of patterns."""
 
 from collections.abc import Iterator
 
@@ -7,34 +7,33 @@ import numpy as np
 from instrument.acquisition import AlignedBlock
 from protocols import Floats, InputError
 
-_LOST_AT_ONCE = 4096  # frames: a long gap comes in pieces, so that it takes no more memory than a short one
+_GAP_FRAMES = 4096  # frames of a gap that are given at once, so that a long gap takes no more memory than a short one
 
 
 class FrameAssembler:
-    """Cuts a stream of blocks into frames, however the blocks are split. Keeps at most one frame that is not whole yet."""
+    """Cuts a stream of blocks into frames, wherever the blocks begin and end. It keeps at most one incomplete frame."""
 
-    def __init__(self, patterns_per_frame: int, frames: int) -> None:
-        """Prepare for a run of ``frames`` frames; patterns after the last of them are left out."""
+    def __init__(self, patterns_per_frame: int) -> None:
+        """Prepare for one run."""
         self._per_frame = patterns_per_frame
-        self._end = patterns_per_frame * frames
         self._rest = np.zeros(0)
-        self._next = 0  # pattern
-        self._last_dropped = -1  # frame
+        self._next = 0  # index of the next pattern
+        self._last_dropped = -1  # index of the last frame counted as dropped
         self._dropped = 0
 
     @property
     def frames_dropped(self) -> int:
-        """Frames of which at least one pattern never came, as the block that held it was thrown away."""
+        """Number of frames of which at least one pattern never came, as the block that held it was discarded."""
         return self._dropped
 
     def whole(self, block: AlignedBlock) -> Iterator[Floats]:
-        """Take the next block, and give the frames that are whole now.
+        """Take the next block, and give the frames that it completes.
 
         Yields:
-            ``(n, patterns_per_frame)``, n may be 0: NaN for patterns that never came, or are not valid.
+            Values, ``(n, patterns_per_frame)``, n at least 0; NaN for patterns that never came or are not valid.
 
         Raises:
-            InputError: a block that comes before the one that was taken last.
+            InputError: the block comes before the one that was taken last.
         """
         if block.first_pattern < self._next:
             raise InputError(
@@ -42,13 +41,13 @@ class FrameAssembler:
                 expected=f"pattern {self._next} or a later one",
                 remedy="pass the blocks on in the order in which the run gives them",
             )
-        first = min(block.first_pattern, self._end)
-        self._count_dropped(first)
-        while self._next < first:
-            yield self._cut(np.full(min(first - self._next, _LOST_AT_ONCE * self._per_frame), np.nan))
-        yield self._cut(np.where(block.valid, block.values, np.nan)[: self._end - first])
+        self._count_dropped(block.first_pattern)
+        while self._next < block.first_pattern:
+            yield self._cut(np.full(min(block.first_pattern - self._next, _GAP_FRAMES * self._per_frame), np.nan))
+        yield self._cut(np.where(block.valid, block.values, np.nan))
 
     def _cut(self, values: Floats) -> Floats:
+        """Append values to the incomplete frame, and give what is complete now."""
         self._next += len(values)
         stream = np.concatenate([self._rest, values])
         whole = len(stream) // self._per_frame * self._per_frame
@@ -56,6 +55,7 @@ class FrameAssembler:
         return stream[:whole].reshape(-1, self._per_frame)
 
     def _count_dropped(self, until: int) -> None:
+        """Count the frames of which patterns before ``until`` never came."""
         if until > self._next:
             first = max(self._next // self._per_frame, self._last_dropped + 1)
             self._last_dropped = (until - 1) // self._per_frame

@@ -1,4 +1,4 @@
-"""Blocks in, motion and images out: the live analysis without its thread, so that it can be stepped by hand."""
+"""The live analysis without its thread: it takes blocks, gives motion and images, and can be stepped by hand."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,23 +16,23 @@ from instrument.tracking import StreamingTracker
 from protocols import Floats, Frozen
 
 IMAGE_INTERVAL_S: Final = 0.019
-"""Stream time from one image to the next: just above 50 a second."""
+"""Stream time from one image to the next: slightly more than 50 images a second."""
 
 
 class LiveCounters(Frozen):
-    """What was done and what was left out."""
+    """Numbers of frames and images, those that were left out included."""
 
     frames: NonNegativeInt = 0
-    """Frames followed, those without values too."""
+    """Frames tracked, those without values included."""
 
     frames_dropped: NonNegativeInt = 0
-    """Of those, frames that the live view lost because it was late. The recording has them."""
+    """Frames, counted in ``frames``, that the live view lost because it was late. The recording has them."""
 
     images: NonNegativeInt = 0
-    """Images made while the stream went on; the polished one does not count."""
+    """Images made while the stream went on, without the polished one."""
 
     images_skipped: NonNegativeInt = 0
-    """Images that were due and not made because newer data had come, or because there were too few frames yet."""
+    """Images that were due and were not made, because newer data had come or there were too few frames."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,41 +40,41 @@ class LiveUpdate:
     """What is new since the last update."""
 
     frame: int
-    """Frames followed so far: the newest is number ``frame - 1``."""
+    """Frames tracked so far; the newest one has the index ``frame - 1``."""
 
     displacement_px: Floats
     """``(n, 2)`` x, y of the newest n frames, relative to frame 0, as known when they came; n may be 0, and is where the scheme
     sees no position."""
 
     image: Floats | None
-    """``(m, m)`` row = y (down), column = x, in values for one lit pixel; None before there is one."""
+    """``(m, m)``: row = y (down), column = x, in values for one lit pixel; None before the first image."""
 
     counters: LiveCounters
-    """What was done so far."""
+    """Numbers of frames and images so far."""
 
     final: bool = False
-    """Whether this is the polished image of the whole run, after which nothing comes."""
+    """Whether this is the last update, with the polished image of the whole run."""
 
 
 class LiveLine:
-    """Follows every frame it is given, and makes the images that are due if there is time for them.
+    """Tracks the object in every frame it is given, and makes the images that are due if there is time for them.
 
-    An object whose scheme sees no position is taken as at rest; a scheme without an image gives none.
+    Where the scheme has no position, the object is taken as at rest; where it has no image, none is made.
 
-    One image is due for each ``image_interval_s`` of stream. Images that are due when newer data come are skipped and counted:
-    ``images + images_skipped + images_due`` is what the stream asked for.
+    One image is due for each ``image_interval_s`` of stream. Images that are still due when newer data come are skipped and
+    counted: ``images + images_skipped + images_due`` is the number of images that were due so far.
     """
 
     def __init__(self, plan: Plan, *, image_interval_s: float = IMAGE_INTERVAL_S, max_rows: int | None = None) -> None:
         """Prepare for one run.
 
         Args:
-            plan: what is shown.
-            image_interval_s: stream time from image to image; at least one frame.
-            max_rows: as in ``ProgressiveImager``.
+            plan: plan of the run.
+            image_interval_s: stream time from one image to the next; at least one frame is taken.
+            max_rows: number of patterns kept for the image, as in ``ProgressiveImager``.
         """
         scheme = scheme_of(plan)
-        self._frames = FrameAssembler(plan.patterns_per_frame, plan.frames)
+        self._frames = FrameAssembler(plan.patterns_per_frame)
         self._tracker = StreamingTracker(plan) if scheme.position is not None else None
         self._imager = ProgressiveImager(plan, max_rows=max_rows) if scheme.image_rows is not None else None
         self._followed = 0
@@ -87,12 +87,12 @@ class LiveLine:
 
     @property
     def images_due(self) -> int:
-        """Images that there would be time for now."""
+        """Number of images that are due now."""
         return 0 if self._imager is None else self._due
 
     @property
     def updates_due(self) -> int:
-        """Updates that there would be time for now: with an image each, where the scheme has one."""
+        """Number of updates that are due now: with an image each, where the scheme has one."""
         return self._due
 
     @property
@@ -102,7 +102,7 @@ class LiveLine:
 
     @property
     def counters(self) -> LiveCounters:
-        """What was done so far."""
+        """Numbers of frames and images so far."""
         return LiveCounters(
             frames=self._followed,
             frames_dropped=self._frames.frames_dropped,
@@ -111,7 +111,7 @@ class LiveLine:
         )
 
     def take(self, blocks: Sequence[AlignedBlock]) -> None:
-        """Follow the object through all frames of these blocks."""
+        """Track the object through all frames of these blocks."""
         before = self._followed
         for block in blocks:
             for values in self._frames.whole(block):
@@ -127,9 +127,12 @@ class LiveLine:
             self._due = newly_due
 
     def improve(self, effort: float = 1.0) -> LiveUpdate:
-        """Make one image that is due, with more or less effort; where there are too few frames for one, it is skipped.
+        """Make one image that is due, or skip it where there are too few frames.
 
         Of a scheme that only tracks, the update holds the new displacements alone.
+
+        Args:
+            effort: factor on the time that the image takes.
         """
         self._due -= 1
         if self._imager is None:
@@ -142,7 +145,7 @@ class LiveLine:
         return self._update(image)
 
     def finish(self) -> LiveUpdate:
-        """Skip what is still due and polish the image of all frames kept."""
+        """Skip the images that are still due, and polish the image of all frames kept."""
         self._skip_due()
         return self._update(None if self._imager is None else self._imager.polish(), final=True)
 
@@ -151,6 +154,7 @@ class LiveLine:
         self._due = 0
 
     def _update(self, image: Floats | None, *, final: bool = False) -> LiveUpdate:
+        """Give what is new since the last update."""
         new_px = np.concatenate(self._new_px) if self._new_px else np.zeros((0, 2))
         self._new_px.clear()
         return LiveUpdate(self._followed, new_px, image, self.counters, final)

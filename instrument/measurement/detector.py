@@ -1,4 +1,4 @@
-"""From what the detector counted to the light that came, and how sure that is."""
+"""The light that arrived, and its variance, from what the detector counted."""
 
 from dataclasses import dataclass
 
@@ -12,36 +12,36 @@ _GAUSSIAN_MAD = 1.4826  # standard deviation of a normal distribution over its m
 
 @dataclass(frozen=True)
 class Detector:
-    """A photon counter with dead time and dark counts, and the time that it counted for each pattern."""
+    """A photon counter with dead time and dark counts."""
 
     picture_time_s: float
-    """Time from one pattern to the next."""
+    """Time from one pattern to the next, for which each pattern is counted."""
 
     dead_time_s: float = 0.0
-    """Non-paralyzable dead time of detector and counter."""
+    """Non-paralysable dead time of detector and counter together."""
 
     dark_rate_hz: float = 0.0
-    """Dark counts a second."""
+    """Dark counts per second."""
 
     def light(self, counts: Floats) -> tuple[Floats, Floats]:
-        """Undo dead time and dark counts.
+        """Correct counts for dead time and dark counts.
 
-        A counter that is dead for tau after each count and saw n counts in the time T missed some; there were
-        N = n / (1 - n tau / T), of which dark counts are subtracted. The variance of N is N / (1 - n tau / T): that of n, which
-        dead time makes less than Poisson, times the squared slope dN/dn. At least one count is assumed under it, so that an
-        empty bin is no certainty.
+        A counter that is dead for tau after each count and counts n in the time T has missed some: the true number is
+        N = n / (1 - n tau / T), from which the dark counts are subtracted. The variance of N is N / (1 - n tau / T), namely the
+        variance of n, which dead time makes less than Poissonian, times (dN/dn)^2. It is computed from at least one count, so
+        that an empty bin does not count as certain.
 
         Args:
-            counts: of any shape; NaN stays NaN.
+            counts: counts, of any shape; NaN stays NaN.
 
         Returns:
-            Light in photons, and its variance, both of the shape of ``counts``.
+            Light in photons, and its variance in photons^2, both of the shape of ``counts``.
 
         Raises:
-            InputError: more counts than the dead time lets through.
+            InputError: there are more counts than the dead time allows.
 
         References:
-            Knoll, "Radiation Detection and Measurement", chapter 4.
+            G. F. Knoll, "Radiation Detection and Measurement", chapter 4.
         """
         dead_share = counts * (self.dead_time_s / self.picture_time_s)
         if np.nanmax(dead_share, initial=0.0) >= 1:
@@ -51,25 +51,25 @@ class Detector:
                 f"{self.dead_time_s * 1e9:g} ns",
                 remedy="check the counter's dead_time_s, or lower the light",
             )
-        came = counts / (1 - dead_share)
-        return came - self.dark_rate_hz * self.picture_time_s, np.maximum(came, 1.0) / (1 - dead_share)
+        true_counts = counts / (1 - dead_share)
+        return true_counts - self.dark_rate_hz * self.picture_time_s, np.maximum(true_counts, 1.0) / (1 - dead_share)
 
 
 def light_of(recording: Recording, light_weights: Floats) -> tuple[Floats, Floats]:
     """Give the light of every pattern of a recording, and its variance.
 
-    Photon counts are corrected as ``Detector.light`` says. Values of other detectors stay as they are, with one variance for
-    all: ``noise_variance``. The light of a background is found in the same way and taken off; its variance is added.
+    Photon counts are corrected by ``Detector.light``. Values of other detectors are kept, and all have the variance that
+    ``noise_variance`` estimates. The light of a background is found in the same way and subtracted; its variance is added.
 
     Args:
-        recording: what was measured.
-        light_weights: of the scheme.
+        recording: recording, with its background if there is one.
+        light_weights: ``(patterns_per_frame,)`` weights of the total light, of the scheme.
 
     Returns:
         Values and variances, both ``(frames, patterns_per_frame)``, in the recording's unit and its square; NaN stays NaN.
 
     Raises:
-        InputError: more counts than the dead time lets through.
+        InputError: there are more counts than the dead time allows.
     """
     if not recording.photon_counts:
         light = recording.values if recording.background is None else recording.values - recording.background
@@ -77,27 +77,27 @@ def light_of(recording: Recording, light_weights: Floats) -> tuple[Floats, Float
     detector = Detector(recording.picture_time_s, recording.dead_time_s, recording.dark_rate_hz)
     light, variance = detector.light(recording.values)
     if recording.background is not None:
-        behind, its_variance = detector.light(recording.background)
-        light, variance = light - behind, variance + its_variance
+        background, background_variance = detector.light(recording.background)
+        light, variance = light - background, variance + background_variance
     return light, variance
 
 
 def noise_variance(values: Floats, light_weights: Floats, valid: Mask) -> float:
-    """Read the variance of one value off the jumps of the total light between neighbouring frames.
+    """Estimate the variance of one value from the differences of the total light between successive frames.
 
-    The median absolute deviation of the jumps is used, so that outliers do not count. A jump has twice the variance of the
-    total light, which has the sum of squared weights times that of a value.
+    Their median absolute deviation is used, so that outliers do not count. A difference has twice the variance of the total
+    light, whose variance is the sum of the squared weights times that of a value.
 
     Args:
         values: ``(frames, patterns_per_frame)``.
-        light_weights: ``(patterns_per_frame,)``: the total light is the sum of values times these.
-        valid: ``(frames,)``.
+        light_weights: ``(patterns_per_frame,)`` weights of the values in the total light.
+        valid: ``(frames,)`` whether the frame is used.
 
     Returns:
-        The variance; infinite where there are fewer than three frames to see it from.
+        The variance in the squared unit of the values; infinite where there are fewer than three frames.
     """
     total = values[valid] @ light_weights
-    steps = np.diff(total[np.isfinite(total)])
-    if len(steps) < 2:
+    differences = np.diff(total[np.isfinite(total)])
+    if len(differences) < 2:
         return float("inf")
-    return float(_GAUSSIAN_MAD * np.median(np.abs(steps))) ** 2 / (2 * float(light_weights @ light_weights))
+    return float(_GAUSSIAN_MAD * np.median(np.abs(differences))) ** 2 / (2 * float(light_weights @ light_weights))

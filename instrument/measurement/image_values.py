@@ -1,4 +1,4 @@
-"""What valid frames say of the image, whatever the motion was: differences, fixed patterns, and their noise."""
+"""What the valid frames say of the image, whatever the motion: differences, values of fixed patterns, and their noise."""
 
 from dataclasses import dataclass
 
@@ -8,25 +8,25 @@ from instrument.numerics import smooth
 from instrument.schemes import Scheme, image_rows_of
 from protocols import Floats, Integers
 
-_FEWEST = 8  # frames from which a drift of the light can be told
-_LEAST_NOISE = 5e-4  # of the rms of the values: a run without noise is solved to this
+_FEWEST_FRAMES = 8  # below which variances are not smoothed
+_LEAST_NOISE = 5e-4  # noise assumed at least, over the rms value, so that values without noise can be solved for
 
 
 @dataclass(frozen=True, eq=False)
 class ImageValues:
-    """Values of the valid frames, divided by the lamp's brightness. Each array begins with ``rows``, one a valid frame."""
+    """Values of the valid frames, divided by the lamp's brightness. Each array begins with ``rows``, one for each valid frame."""
 
     frame: Integers
     """``(rows,)``: index of the frame."""
 
     pairs: Integers
-    """``(rows, 2)``: Walsh rows of its Hadamard pattern."""
+    """``(rows, 2)``: Walsh rows of the frame's Hadamard pattern."""
 
     positive: Floats
-    """``(rows,)``: I_H+."""
+    """``(rows,)``: value I_H+."""
 
     negative: Floats
-    """``(rows,)``: I_H-."""
+    """``(rows,)``: value I_H-."""
 
     difference_variance: Floats
     """``(rows,)``: variance of I_H+ - I_H-."""
@@ -35,7 +35,7 @@ class ImageValues:
     """``(rows, k)``: values of the patterns that measure position, in the order of their columns."""
 
     fixed_variance: Floats
-    """``(rows, k)``: variance of those."""
+    """``(rows, k)``: variance of ``fixed``."""
 
     time_s: Floats
     """``(rows, 2 + k)``: when H+, H- and each position pattern were in their middle, from the first edge of the run on."""
@@ -44,10 +44,10 @@ class ImageValues:
     """Pixels a side of the field."""
 
     photon_counts: bool
-    """Whether values are photons."""
+    """Whether the values count photons."""
 
     noise: float
-    """Standard deviation of a single value, rms over all."""
+    """Standard deviation of a single value, rms over all values."""
 
     @classmethod
     def of(
@@ -63,34 +63,34 @@ class ImageValues:
         size: int,
         photon_counts: bool,
     ) -> "ImageValues":
-        """Take frames of a run.
+        """Give the image values of some frames.
 
-        Of photons, I_H+ and I_H- get the variance of their sum, smoothed over frames, by halves: each count as its own variance
-        would make low counts weigh more.
+        Where photons are counted, I_H+ and I_H- each get half the variance of their sum, smoothed over frames: if each count had
+        its own variance, low counts would have too much weight.
 
         Args:
-            scheme: which column is which.
+            scheme: scheme of the values.
             frame: ``(rows,)`` index of each frame.
-            pairs: ``(rows, 2)`` its Walsh rows.
+            pairs: ``(rows, 2)`` Walsh rows of the frame's Hadamard pattern.
             values: ``(rows, patterns_per_frame)`` light, finite.
-            variance: of those.
-            time_s: ``(rows, patterns_per_frame)``.
+            variance: ``(rows, patterns_per_frame)`` variance of ``values``.
+            time_s: ``(rows, patterns_per_frame)`` middle of each pattern after the first edge of the run.
             lamp: ``(rows,)`` brightness of the lamp over its mean.
             size: pixels a side of the field.
-            photon_counts: whether values are photons.
+            photon_counts: whether the values count photons.
 
         Raises:
-            InputError: a scheme without an image.
+            InputError: the scheme has no image.
         """
         rows = image_rows_of(scheme)
-        halves = variance[:, [rows.positive, rows.negative]]
-        if photon_counts and len(values) >= _FEWEST:
-            both = halves.sum(axis=1)
-            halves = np.repeat(smooth(both, np.ones(len(both)), orders=(1,)).values[:, None] / 2, 2, axis=1)
-        everything = variance.copy()
-        everything[:, [rows.positive, rows.negative]] = halves
+        of_pair = variance[:, [rows.positive, rows.negative]]
+        if photon_counts and len(values) >= _FEWEST_FRAMES:
+            both = of_pair.sum(axis=1)
+            of_pair = np.repeat(smooth(both, np.ones(len(both)), orders=(1,)).values[:, None] / 2, 2, axis=1)
+        variance = variance.copy()
+        variance[:, [rows.positive, rows.negative]] = of_pair
         floor = (_LEAST_NOISE * float(np.sqrt(np.mean(np.square(values))))) ** 2 + 1e-30
-        everything = np.where(np.isfinite(everything), np.maximum(everything, floor), floor) / lamp[:, None] ** 2
+        variance = np.where(np.isfinite(variance), np.maximum(variance, floor), floor) / lamp[:, None] ** 2
         bright = values / lamp[:, None]
         fixed = fixed_columns(scheme)
         return cls(
@@ -98,17 +98,17 @@ class ImageValues:
             pairs=pairs,
             positive=bright[:, rows.positive],
             negative=bright[:, rows.negative],
-            difference_variance=everything[:, rows.positive] + everything[:, rows.negative],
+            difference_variance=variance[:, rows.positive] + variance[:, rows.negative],
             fixed=bright[:, fixed],
-            fixed_variance=everything[:, fixed],
+            fixed_variance=variance[:, fixed],
             time_s=time_s[:, [rows.positive, rows.negative, *fixed.tolist()]],
             size=size,
             photon_counts=photon_counts,
-            noise=float(np.sqrt(np.mean(everything))),
+            noise=float(np.sqrt(np.mean(variance))),
         )
 
     def __len__(self) -> int:
-        """Rows."""
+        """Give the number of rows."""
         return len(self.frame)
 
     @property
@@ -118,7 +118,7 @@ class ImageValues:
 
     @property
     def difference_sigma(self) -> Floats:
-        """``(rows,)``: standard deviation of that."""
+        """``(rows,)``: standard deviation of ``difference``."""
         return np.sqrt(self.difference_variance)
 
 

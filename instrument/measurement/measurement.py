@@ -1,4 +1,4 @@
-"""The one measurement that every estimator is given: the light of all frames, made once for a recording."""
+"""The measurement that every estimator is given: the light of all frames, corrected once for a recording."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,45 +14,45 @@ from instrument.recording import Recording
 from instrument.schemes import Light, Observation, Scheme, image_rows_of, position_of, scheme_of
 from protocols import Floats, InputError, Mask
 
-_SIGNIFICANT: Final = 5  # standard errors by which the mean light must stand above nothing
-_FEWEST: Final = 8  # frames from which anything can be smoothed
-_DARKEST: Final = 1e-3  # of its mean: a lamp is taken as at least so bright
+_SIGNIFICANT: Final = 5  # standard errors by which the mean light must be above 0
+_FEWEST_FRAMES: Final = 8  # below which nothing is smoothed
+_LEAST_LAMP: Final = 1e-3  # brightness assumed at least, over the lamp's mean
 
 
 @dataclass(frozen=True, eq=False)
 class Measurement:
-    """All frames of a recording as light, with the variance of every value and a mask."""
+    """All frames of a recording as light, with the variance of every value and a mask of valid frames."""
 
     plan: Plan
-    """What was shown."""
+    """Plan of the run."""
 
     scheme: Scheme
-    """What the columns are."""
+    """Scheme, which says what each column of the values is."""
 
     values: Floats
-    """``(frames, patterns_per_frame)``: light, free of dead time, dark counts and background; NaN where none was measured."""
+    """``(frames, patterns_per_frame)``: light without dead time, dark counts and background; NaN where none was measured."""
 
     variance: Floats
-    """Likewise: variance of each value."""
+    """``(frames, patterns_per_frame)``: variance of each value."""
 
     valid: Mask
-    """``(frames,)``: whether the frame is trusted and every value is finite."""
+    """``(frames,)``: whether the timing audit found the frame valid and every value is finite."""
 
     pattern_time_s: Floats
-    """As ``values``: middle of each pattern, from the first edge on."""
+    """``(frames, patterns_per_frame)``: time of the middle of each pattern after the first edge."""
 
     frame_time_s: float
     """Time from one frame to the next."""
 
     photon_counts: bool
-    """Whether values are photons."""
+    """Whether the values count photons."""
 
     @classmethod
     def of(cls, recording: "Recording | Measurement") -> "Measurement":
-        """Correct a recording; a measurement is given back as it is.
+        """Correct a recording. A measurement is returned as it is.
 
         Raises:
-            InputError: more counts than the dead time lets through, or something else than a recording.
+            InputError: there are more counts than the dead time allows, or the argument is no recording.
         """
         if isinstance(recording, Measurement):
             return recording
@@ -76,56 +76,57 @@ class Measurement:
         )
 
     def __len__(self) -> int:
-        """Frames, those that are not valid too."""
+        """Give the number of frames, those that are not valid included."""
         return len(self.values)
 
     @cached_property
     def total(self) -> Floats:
-        """``(frames,)``: total light S of each frame; 0 where it is not valid."""
+        """``(frames,)``: total light S of each frame; 0 where the frame is not valid."""
         return np.where(self.valid[:, None], self.values, 0.0) @ self.scheme.light_weights
 
     @cached_property
     def steady_total(self) -> Floats:
         """``(frames,)``: total light without the noise of its measurement, but with the lamp's own flicker.
 
-        What of a jump in the total is flicker shows in the position patterns of the same frame too, whose sum goes with the
-        total: the slope of their jumps on its jumps, over their ratio, is flicker's share (linear regression on third
-        differences). Where the total is the sum of those very patterns nothing can be told apart, and it stays as it is.
+        Flicker changes the total and, in proportion, the sum of the position patterns of the same frame; measurement noise does
+        not. The share of flicker in the third differences of the total is therefore the slope of their linear regression, that of
+        the sum on that of the total, over the ratio of sum and total. Where the total is computed from the position patterns
+        themselves, the two cannot be told apart, and the total is returned as it is.
         """
         columns = position_of(self.scheme).columns
-        if np.count_nonzero(self.valid) < _FEWEST or self.scheme.light_weights[columns].any():
+        if np.count_nonzero(self.valid) < _FEWEST_FRAMES or self.scheme.light_weights[columns].any():
             return self.total
         steady = smooth(self.total, self.valid.astype(np.float64), orders=(1,)).values
-        answer = np.where(self.valid, self.values[:, columns.ravel()].sum(axis=1), 0.0)
+        position_sum = np.where(self.valid, self.values[:, columns.ravel()].sum(axis=1), 0.0)
         whole = np.convolve(~self.valid, np.ones(4), "valid") == 0
-        jumps, answers = np.diff(self.total, 3)[whole], np.diff(answer, 3)[whole]
-        power, ratio = float(jumps @ jumps), float(answer.sum()) / max(float(self.total.sum()), 1e-300)
-        share = float(jumps @ answers) / (ratio * power) if power > 0 and ratio > 0 else 0.0
+        of_total, of_sum = np.diff(self.total, 3)[whole], np.diff(position_sum, 3)[whole]
+        power, ratio = float(of_total @ of_total), float(position_sum.sum()) / max(float(self.total.sum()), 1e-300)
+        share = float(of_total @ of_sum) / (ratio * power) if power > 0 and ratio > 0 else 0.0
         return steady + min(max(share, 0.0), 1.0) * (self.total - steady)
 
     def observe(self, *, steady: bool) -> Observation:
-        """Give what each frame says of the position.
+        """Give what each frame says of the object's position.
 
         Args:
             steady: whether the total light, which enters every position and does not change with motion, is taken as
-                ``steady_total``: for the paper's scheme that takes a third of the coefficients' variance away.
+                ``steady_total``. For the paper's scheme that removes a third of the coefficients' variance.
 
         Raises:
-            InputError: a scheme without position, or not one frame that is both valid and lit.
+            InputError: the scheme has no position, or no frame is both valid and lit.
         """
         position = position_of(self.scheme)
         total = self.steady_total if steady else self.total
         lit = self.valid & (total > 0)
-        self._expect_light(total[self.valid])
+        self._require_light(total[self.valid])
         if not lit.any():
             raise InputError(
                 saw=f"no frame with light in a recording of {len(self)} frames, {np.count_nonzero(self.valid)} of them valid",
                 expected="frames whose total light is above 0",
                 remedy="check light source, shutter and background, and the recording's timing report",
             )
-        seen = self.scheme.light_weights != 0
-        squares = self.scheme.light_weights[seen] ** 2
-        total_variance = np.zeros_like(total) if steady else self.variance[:, seen] @ squares
+        used = self.scheme.light_weights != 0
+        squares = self.scheme.light_weights[used] ** 2
+        total_variance = np.zeros_like(total) if steady else self.variance[:, used] @ squares
         light = Light(self.values, self.variance, total, total_variance, lit, self.photon_counts)
         return Observation.of(position, light)
 
@@ -133,11 +134,11 @@ class Measurement:
         """Give what the valid frames say of the image.
 
         Args:
-            steady_object: whether the object stays inside the field, so that a change of the total light is one of the lamp
+            steady_object: whether the object stays inside the field, so that a change of the total light stems from the lamp
                 and is divided out (smoothed over frames).
 
         Raises:
-            InputError: no valid frame, or a scheme without image.
+            InputError: there is no valid frame, or the scheme has no image.
         """
         rows = image_rows_of(self.scheme)
         frame = np.flatnonzero(self.valid)
@@ -149,9 +150,9 @@ class Measurement:
             )
         total = self.total[frame]
         lamp = np.ones(len(frame))
-        if steady_object and len(frame) >= _FEWEST and (total > 0).any():
+        if steady_object and len(frame) >= _FEWEST_FRAMES and (total > 0).any():
             lamp = smooth(total, np.ones(len(total)), orders=(1,)).values
-            lamp = np.maximum(lamp / lamp.mean(), _DARKEST)
+            lamp = np.maximum(lamp / lamp.mean(), _LEAST_LAMP)
         return ImageValues.of(
             self.scheme,
             frame=frame,
@@ -165,18 +166,18 @@ class Measurement:
         )
 
     def light_change(self) -> float:
-        """Largest change of the total light in the run, relative to its median, over tenths of the run.
+        """Give the largest change of the total light in the run, relative to its median.
 
-        Means over tenths are compared, so that noise does not count as change.
+        Means over tenths of the run are compared, so that noise does not count as change.
         """
         tenths = [float(np.mean(part)) for part in np.array_split(self.total[self.valid], 10) if len(part)]
         middle = float(np.median(tenths)) if tenths else 0.0
         return max(abs(tenth / middle - 1) for tenth in tenths) if middle > 0 else 0.0
 
     @staticmethod
-    def _expect_light(total: Floats) -> None:
-        """Refuse a run whose mean light could as well be the noise around none."""
-        if len(total) < _FEWEST:
+    def _require_light(total: Floats) -> None:
+        """Refuse a run whose mean light is not significantly above 0."""
+        if len(total) < _FEWEST_FRAMES:
             return
         mean, error = float(np.mean(total)), float(np.std(total)) / np.sqrt(len(total))
         if mean < _SIGNIFICANT * error:

@@ -2,18 +2,17 @@
 
 from instrument.numerics.blas import one_blas_thread
 from instrument.numerics.compiled import compiled, inlined
-from instrument.numerics.fading import add, grow_older, solve
+from instrument.numerics.fading import add, age, solve
 from instrument.numerics.metrics import displacement_mse, offset_free_mse, psnr, ssim_global, ssim_local
 from instrument.numerics.operators import Operator, Stacked, Weighted, largest_eigenvalue
 from instrument.numerics.row_products import RowProducts
 from instrument.numerics.smoothing import Smooth, smooth
 from instrument.numerics.spline import Spline
-from instrument.numerics.tv import TvState, total_variation
-from instrument.numerics.tv_steps import CORNERS
+from instrument.numerics.tv import EIGENVALUE_MARGIN, TvState, total_variation
 from instrument.numerics.tval3 import AlState, tv_augmented_lagrangian
 
 __all__ = [
-    "CORNERS",
+    "EIGENVALUE_MARGIN",
     "AlState",
     "Operator",
     "RowProducts",
@@ -23,9 +22,9 @@ __all__ = [
     "TvState",
     "Weighted",
     "add",
+    "age",
     "compiled",
     "displacement_mse",
-    "grow_older",
     "inlined",
     "largest_eigenvalue",
     "offset_free_mse",

@@ -1,8 +1,8 @@
-"""One BLAS thread for many small products.
+"""A limit of one BLAS thread, for many small products.
 
-What is left of matrix products in the analysis is small: some 1,666 x 128. A second BLAS thread wins little there on a free
-machine, and on a busy one the two wait for each other in busy loops: measured at a load of 6 on 2 cores, one such product took
-3 ms with one thread and 16 ms with two.
+The matrix products of the analysis are small, such as 1,666 x 128. A second BLAS thread gains little there on an idle machine; on
+a loaded one the two threads wait for each other in busy loops, and a product takes several times as long
+(``docs/decisions/0009-compiled-loops.md``).
 """
 
 from collections.abc import Generator
@@ -15,10 +15,10 @@ from threadpoolctl import ThreadpoolController
 
 
 class BlasLimit:
-    """One BLAS thread in the whole process, from the first who wants it until the last has enough."""
+    """Limits BLAS to one thread in the whole process, from the first block that holds the limit to the end of the last."""
 
     def __init__(self) -> None:
-        """Prepare; nothing is limited yet."""
+        """Prepare without limiting anything yet."""
         self._lock = Lock()
         self._holders = 0
         self._limiter: Any = None  # threadpoolctl has no types
@@ -41,6 +41,7 @@ class BlasLimit:
 
 @cache
 def _controller() -> Any:
+    """Find the BLAS libraries of the process, once."""
     return ThreadpoolController()
 
 

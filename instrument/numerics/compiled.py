@@ -1,8 +1,8 @@
-"""Loops over numbers as machine code.
+"""Loops over numbers, compiled to machine code.
 
-Some of our work is made of many short steps, each dependent on the one before: a tracker's frame, a solver's iteration. There the
-cost of numpy is the call, not the numbers. Such loops are written in plain Python on arrays, and compiled when they are imported:
-never in the middle of a run. The code is kept on disk for the next process.
+A tracker and a solver take many short steps, each of which depends on the one before. In numpy such a step would cost the call
+rather than the arithmetic. These loops are therefore written in plain Python on arrays, and compiled when their module is
+imported, so that no run waits for a compiler. The machine code is kept on disk for the next process.
 """
 
 from collections.abc import Callable
@@ -16,12 +16,12 @@ _REORDERED: Final = frozenset({"reassoc", "contract", "nsz", "arcp"})
 
 
 def compiled(signature: str, *, sums_reordered: bool = False) -> Callable[[_F], _F]:
-    """Compile a function for one signature. It lets other Python threads run meanwhile.
+    """Compile a function for one signature. Other Python threads can run while it works.
 
     Args:
-        signature: types as numba writes them, such as ``"void(f4[::1], i8)"``. Other types of arrays are refused at the call.
-        sums_reordered: let the compiler sum in any order, many terms at once. Without, every operation is done in the order
-            written, so that a series may be cut anywhere and gives the same to the bit.
+        signature: types as numba writes them, such as ``"void(f4[::1], i8)"``. A call with other types of arrays is refused.
+        sums_reordered: whether the compiler may sum in any order, many terms at once. Otherwise every operation is done in the
+            order written, so that a series that is cut into pieces gives the same result to the bit.
     """
     options: dict[str, Any] = {
         "nogil": True,
@@ -32,12 +32,12 @@ def compiled(signature: str, *, sums_reordered: bool = False) -> Callable[[_F], 
     def decorate(function: _F) -> _F:
         try:
             return cast("_F", numba.njit(signature, cache=True, **options)(function))
-        except RuntimeError:  # no folder can be written to: compile in every process
+        except RuntimeError:  # numba finds no folder to write to, and compiles in every process
             return cast("_F", numba.njit(signature, **options)(function))
 
     return decorate
 
 
 def inlined(function: _F) -> _F:
-    """Write a function out inside each compiled one that calls it, so that the compiler sees both as one."""
+    """Copy a function into each compiled one that calls it, so that the compiler optimises both together."""
     return cast("_F", numba.njit(inline="always")(function))

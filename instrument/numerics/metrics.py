@@ -5,38 +5,38 @@ from scipy.ndimage import gaussian_filter
 
 from protocols import Floats
 
-_C1, _C2 = 0.01**2, 0.03**2  # of Wang 2004, for data of range 1
+_C1, _C2 = 0.01**2, 0.03**2  # constants of Wang et al. (2004), for data of range 1
 _SIGMA_PX = 1.5
 _RADIUS_PX = 5
 
 
 def displacement_mse(displacement_px: Floats, truth_px: Floats) -> float:
-    """Mean over frames and both axes of the squared error, px^2, with frame 0 as reference. Both are ``(frames, 2)``."""
+    """Give the mean squared error over frames and both axes, in px^2, relative to frame 0. Both arrays are ``(frames, 2)``."""
     error: Floats = displacement_px - truth_px
     return float(np.vdot(error, error)) / error.size
 
 
 def offset_free_mse(displacement_px: Floats, truth_px: Floats) -> float:
-    """The same with the mean error of each axis taken off: what sharpness feels."""
+    """Give ``displacement_mse`` after the mean error of each axis is subtracted, as a constant shift blurs no image."""
     error: Floats = displacement_px - truth_px
     rest: Floats = error - error.mean(axis=0)
     return float(np.mean(rest**2))
 
 
 def psnr(image: Floats, truth: Floats, *, fit_gain: bool = False) -> float:
-    """10 log10(1 / MSE) in dB, the image clipped to 0..1 (peak 1); infinite where both are equal.
+    """Give the peak signal-to-noise ratio 10 log10(1 / MSE), in dB, of the image clipped to 0..1; infinite where both are equal.
 
     Args:
-        image: of the shape of ``truth``.
-        truth: transmission 0 to 1.
-        fit_gain: multiply the image by the one gain that fits best (least squares) first: for methods without a scale.
+        image: image of the same shape as ``truth``.
+        truth: true transmission, 0 to 1.
+        fit_gain: whether the image is first multiplied by its least-squares gain, as is fair to methods without a scale.
     """
     error = float(np.mean((_clipped(image, truth, fit_gain=fit_gain) - truth) ** 2))
     return float("inf") if error == 0 else float(-10 * np.log10(error))
 
 
 def ssim_local(image: Floats, truth: Floats, *, fit_gain: bool = False) -> float:
-    """Mean structural similarity in Gaussian windows, 11 x 11, sigma 1.5, data range 1; arguments as ``psnr``.
+    """Give the mean structural similarity in Gaussian windows of 11 x 11, sigma 1.5, data range 1; arguments as in ``psnr``.
 
     References:
         Wang, Bovik, Sheikh, Simoncelli, IEEE Trans. Image Process. 13 (2004) 600, equation 13. Equals scikit-image's
@@ -45,6 +45,7 @@ def ssim_local(image: Floats, truth: Floats, *, fit_gain: bool = False) -> float
     a, b = _clipped(image, truth, fit_gain=fit_gain), truth
 
     def local(values: Floats) -> Floats:
+        """Give the mean in the window around each pixel."""
         mean: Floats = gaussian_filter(values, _SIGMA_PX, radius=_RADIUS_PX)
         return mean
 
@@ -55,7 +56,7 @@ def ssim_local(image: Floats, truth: Floats, *, fit_gain: bool = False) -> float
 
 
 def ssim_global(image: Floats, truth: Floats, *, fit_gain: bool = False) -> float:
-    """Structural similarity of the whole image as one window, data range 1; arguments as ``psnr``.
+    """Give the structural similarity of the whole image as one window, data range 1; arguments as in ``psnr``.
 
     References:
         Li et al., "Single-pixel imaging of a translational object", Opt. Express (2023): SSIM as printed there.
@@ -68,11 +69,13 @@ def ssim_global(image: Floats, truth: Floats, *, fit_gain: bool = False) -> floa
 
 
 def _similarity(mean_a: Floats, mean_b: Floats, variance_a: Floats, variance_b: Floats, covariance: Floats) -> Floats:
-    light: Floats = (2 * mean_a * mean_b + _C1) / (mean_a**2 + mean_b**2 + _C1)
-    return light * (2 * covariance + _C2) / (variance_a + variance_b + _C2)
+    """Give the similarity index of these moments."""
+    luminance: Floats = (2 * mean_a * mean_b + _C1) / (mean_a**2 + mean_b**2 + _C1)
+    return luminance * (2 * covariance + _C2) / (variance_a + variance_b + _C2)
 
 
 def _clipped(image: Floats, truth: Floats, *, fit_gain: bool) -> Floats:
+    """Give the image after its least-squares gain, if wanted, clipped to 0..1."""
     power = float(np.vdot(image, image))
     gain = float(np.vdot(image, truth)) / power if fit_gain and power > 0 else 1.0
     return np.clip(gain * image, 0.0, 1.0)

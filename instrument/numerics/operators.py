@@ -1,4 +1,4 @@
-"""Linear maps from an image to values, and their transposes: what a solver knows of a measurement."""
+"""Linear maps from an image to values, and their transposes: all that a solver needs to know of a measurement."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -13,20 +13,20 @@ class Operator(Protocol):
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Rows (values) and columns (pixels)."""
+        """Number of rows (values) and of columns (pixels)."""
         ...
 
     @property
     def image_shape(self) -> tuple[int, int]:
-        """Height and width of the image whose pixels, row by row, are the columns."""
+        """Height and width, in pixels, of the image whose pixels, row by row, are the columns."""
         ...
 
     def matvec(self, image: Singles) -> Singles:
-        """``(pixels,)`` to ``(rows,)``."""
+        """Give the values of an image: ``(pixels,)`` to ``(rows,)``."""
         ...
 
     def rmatvec(self, values: Singles) -> Singles:
-        """``(rows,)`` to ``(pixels,)``."""
+        """Apply the transpose: ``(rows,)`` to ``(pixels,)``."""
         ...
 
 
@@ -35,56 +35,56 @@ class Weighted:
     """The rows of another operator, each multiplied by its weight."""
 
     operator: Operator
-    """Whose rows."""
+    """The operator whose rows are weighted."""
 
     weight: Singles
-    """``(rows,)``."""
+    """``(rows,)``: weight of each row."""
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Rows and pixels."""
+        """Number of rows and of pixels."""
         return self.operator.shape
 
     @property
     def image_shape(self) -> tuple[int, int]:
-        """Height and width of the unknown image."""
+        """Height and width of the unknown image, in pixels."""
         return self.operator.image_shape
 
     def matvec(self, image: Singles) -> Singles:
-        """Weighted values of an image."""
+        """Give the weighted values of an image: ``(pixels,)`` to ``(rows,)``."""
         return self.weight * self.operator.matvec(image)
 
     def rmatvec(self, values: Singles) -> Singles:
-        """The transpose."""
+        """Apply the transpose: ``(rows,)`` to ``(pixels,)``."""
         return self.operator.rmatvec(self.weight * values)
 
 
 @dataclass(frozen=True, eq=False)
 class Stacked:
-    """The rows of one operator, and below them those of another on the same image."""
+    """The rows of one operator, followed by those of another one on the same image."""
 
     above: Operator
-    """The first rows."""
+    """Operator of the first rows."""
 
     below: Operator
-    """The others."""
+    """Operator of the other rows."""
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Rows and pixels."""
+        """Number of rows and of pixels."""
         return self.above.shape[0] + self.below.shape[0], self.above.shape[1]
 
     @property
     def image_shape(self) -> tuple[int, int]:
-        """Height and width of the unknown image."""
+        """Height and width of the unknown image, in pixels."""
         return self.above.image_shape
 
     def matvec(self, image: Singles) -> Singles:
-        """Values of an image."""
+        """Give the values of an image: ``(pixels,)`` to ``(rows,)``."""
         return np.concatenate([self.above.matvec(image), self.below.matvec(image)])
 
     def rmatvec(self, values: Singles) -> Singles:
-        """The transpose."""
+        """Apply the transpose: ``(rows,)`` to ``(pixels,)``."""
         rows = self.above.shape[0]
         return self.above.rmatvec(values[:rows]) + self.below.rmatvec(values[rows:])
 

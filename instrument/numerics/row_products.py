@@ -1,8 +1,9 @@
-"""Products of shifted Hadamard patterns with an image, through the few sign changes of their Walsh rows.
+"""Products of shifted Hadamard patterns with an image, computed through the few sign changes of their Walsh rows.
 
-A pattern is the outer product of two Walsh rows. Along the axis on which it changes sign less often, its product with the image
-is a weighted sum of few rows of the cumulative image; what is left is a dot product with the Walsh row along the other axis. For
-the 1,666 smoothest patterns of 128 x 128 that is 17 weighted rows in the mean where a matrix product takes 128.
+A pattern is the outer product of two Walsh rows. Along the axis u on which it changes sign less often, its product with the
+image is a weighted sum of few rows of the image's cumulative sum along u. The dot product of that sum with the Walsh row along
+the other axis v gives the value. For the 1,666 smoothest patterns of 128 x 128 pixels that takes 17 weighted rows in the mean,
+where a matrix product takes 128.
 """
 
 from dataclasses import dataclass
@@ -16,29 +17,29 @@ from instrument.numerics.compiled import compiled, inlined
 from protocols import Singles
 
 _Indices: TypeAlias = NDArray[np.int32]
-_LANES = 16  # single numbers that a processor takes at once: rows are padded to whole groups
+_LANES = 16  # single-precision numbers that a processor handles at once; rows are padded to whole groups of them
 
 
 @dataclass(frozen=True, eq=False)
 class RowProducts:
-    """Patterns ``few(u) many(v)`` and images ``(length, width)`` with u down and v across."""
+    """Products of the patterns few(u) many(v) with images ``(length, width)``, u counting rows and v columns."""
 
     _few: csr_array
-    """``(rows, length)``: weights of the cumulative image's rows."""
+    """``(patterns, length)``: weights of the rows of the cumulative image."""
 
-    _back: csr_array
-    """Its transpose."""
+    _few_transposed: csr_array
+    """``(length, patterns)``: the transpose of ``_few``."""
 
     _many: Singles
-    """``(rows, width)``, padded with zeros."""
+    """``(patterns, width)``: the factor along v, padded with zeros."""
 
     @classmethod
     def of(cls, few: csr_array, many: Singles) -> "RowProducts":
-        """Prepare.
+        """Prepare the products of some patterns.
 
         Args:
-            few: ``(rows, length)`` as ``walsh_changes`` gives it: the factor along u.
-            many: ``(rows, width)`` as ``walsh_rows`` gives it: the factor along v.
+            few: ``(patterns, length)`` factor along u as ``walsh_changes`` gives it.
+            many: ``(patterns, width)`` factor along v as ``walsh_rows`` gives it.
         """
         padded = np.zeros((len(many), _padded(many.shape[1])), np.float32)
         padded[:, : many.shape[1]] = many
@@ -46,13 +47,13 @@ class RowProducts:
 
     @property
     def nbytes(self) -> int:
-        """Memory."""
+        """Memory of the factors, in bytes."""
         return self._many.nbytes + sum(
-            part.nbytes for few in (self._few, self._back) for part in (few.data, few.indices, few.indptr)
+            part.nbytes for few in (self._few, self._few_transposed) for part in (few.data, few.indices, few.indptr)
         )
 
     def forward(self, image: Singles) -> Singles:
-        """Values of an image ``(length, width)`` of any memory layout: ``(rows,)``."""
+        """Give the values, ``(patterns,)``, of an image ``(length, width)`` of any memory layout."""
         cumulative = np.zeros((image.shape[0], self._many.shape[1]), np.float32)
         _accumulate(image, cumulative)
         values = np.empty(len(self._many), np.float32)
@@ -60,9 +61,16 @@ class RowProducts:
         return values
 
     def backward(self, values: Singles, width: int) -> Singles:
-        """The transpose: ``(rows,)`` to ``(length, width)``."""
-        image = np.empty((self._back.shape[0], self._many.shape[1]), np.float32)
-        _backward(self._many, self._back.indptr, self._back.indices, self._back.data, values, image)
+        """Apply the transpose: ``(patterns,)`` to ``(length, width)``."""
+        image = np.empty((self._few_transposed.shape[0], self._many.shape[1]), np.float32)
+        _backward(
+            self._many,
+            self._few_transposed.indptr,
+            self._few_transposed.indices,
+            self._few_transposed.data,
+            values,
+            image,
+        )
         return image[:, :width]
 
 
@@ -81,6 +89,7 @@ def _compact(matrix: csr_array) -> csr_array:
 
 @compiled("void(f4[:, :], f4[:, ::1])", sums_reordered=True)
 def _accumulate(image: Singles, cumulative: Singles) -> None:
+    """Write the cumulative sum of an image's rows."""
     height, width = image.shape
     for x in range(width):
         cumulative[0, x] = image[0, x]
@@ -91,7 +100,10 @@ def _accumulate(image: Singles, cumulative: Singles) -> None:
 
 @inlined
 def _weighted_sum(rows: Singles, which: _Indices, weight: Singles, total: Singles) -> None:
-    """Sum of ``weight * rows[which]``; four at a time, as the total then moves to memory and back a quarter as often."""
+    """Write the sum of ``weight * rows[which]`` into ``total``.
+
+    Four rows are added at a time, as ``total`` then moves to memory and back a quarter as often.
+    """
     total[:] = 0
     fours = len(which) // 4 * 4
     for m in range(0, fours, 4):
@@ -109,7 +121,7 @@ def _weighted_sum(rows: Singles, which: _Indices, weight: Singles, total: Single
 def _forward(  # noqa: PLR0917
     cumulative: Singles, first: _Indices, column: _Indices, weight: Singles, many: Singles, values: Singles
 ) -> None:
-    """Each row of the sparse matrix times the cumulative image, then its dot product with its row of ``many``."""
+    """Multiply each row of the sparse matrix with the cumulative image, then the result with its row of ``many``."""
     row = np.empty(many.shape[1], np.float32)
     for k in range(len(values)):
         own = slice(first[k], first[k + 1])
@@ -124,7 +136,7 @@ def _forward(  # noqa: PLR0917
 def _backward(  # noqa: PLR0917
     many: Singles, first: _Indices, column: _Indices, weight: Singles, values: Singles, image: Singles
 ) -> None:
-    """The sparse matrix's transpose times ``values * many``, summed from the last row of the image up."""
+    """Multiply the transposed sparse matrix with ``values * many``, and sum from the last row of the image upwards."""
     scaled = np.empty_like(weight)
     for m in range(len(weight)):
         scaled[m] = weight[m] * values[column[m]]

@@ -1,135 +1,186 @@
-"""Data-driven smoothing of an equidistant series, with known weights and gaps.
+"""Data-driven smoothing of an equidistant series, with weights and gaps.
 
-Splines of several orders and of all strengths are fitted. Within an order they are averaged, each as likely as the data make it
-(restricted likelihood), so that a rough series is followed and a smooth one is smoothed. Between orders cross-validation decides.
+Splines of several orders and of many strengths are fitted. Within an order they are averaged, each weighted by its posterior
+probability (from the restricted likelihood), so that a rough series is followed and a smooth one is smoothed. Between orders
+generalised cross-validation decides.
 
 References:
-    Wahba, Annals of Statistics 13 (1985) 1378-1402: likelihood against cross-validation.
-    Hoeting et al., Statistical Science 14 (1999) 382-417: averages over models.
+    G. Wahba, Annals of Statistics 13 (1985) 1378-1402: likelihood against cross-validation.
+    J. A. Hoeting et al., Statistical Science 14 (1999) 382-417: averages over models.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Final
 
 import numpy as np
 
 from instrument.numerics.spline import Spline
 from protocols import Floats, Integers, Mask
 
-ORDERS = (1, 2, 3, 4)
-"""From a random walk to changing acceleration."""
+ORDERS: Final = (1, 2, 3, 4)
+"""Orders to choose among, from a random walk to changing acceleration."""
 
-_EQUAL = 1.005  # ratio of cross-validation scores below which two orders are equally good
-_WEAKEST, _STRONGEST = -2.0, 24.0  # powers of ten; beyond, rounding errors show
-_STIFF = 2.0  # power of ten by which a mode's penalty exceeds its weight where nothing of it passes
-_STEP = 1.0  # decades, times the order, between strengths looked at first: as the memory goes with strength^(1 / 2p)
-_CLOSER = 7  # strengths looked at then
-_UNLIKELY = 0.03  # chance of a strength over that of the likeliest, below which it is left out
-_PLACES = 65  # at which a variance is worked out
-_LONG_GAP = 3  # frames without data, from which on their middle is one of them
+_EQUAL_SCORES = 1.005  # ratio of cross-validation scores below which two orders are equally good
+_WEAKEST, _STRONGEST = -2.0, 24.0  # log10 of the strength; beyond these, rounding errors show
+_STOPPED = 2.0  # log10 of a mode's penalty over its weight at which nothing of the mode passes
+_GRID_STEP = 1.0  # log10 of the strength, times the order, between the strengths tried first
+_FINE_GRID = 7  # number of strengths tried between the probable ones
+_LEAST_PROBABILITY = 0.03  # relative to the most probable strength, below which a strength is left out
+_VARIANCE_POSITIONS = 65  # number of positions, evenly spread, at which a variance is computed
+_LONG_GAP = 3  # frames without data from which on the variance is computed in their middle too
 
 
 @dataclass(frozen=True, eq=False)
 class Smooth:
-    """A smoothed series and what is known about its errors: splines of one order, each with its chance to be the right one."""
+    """A smoothed series: the mean of splines of one order, each weighted by the posterior probability of its strength."""
 
     noise_variance: float
-    """Of a datum of mean weight."""
+    """Estimated variance of a datum of mean weight."""
 
     splines: tuple[Spline, ...]
-    """The likely ones."""
+    """The splines of all probable strengths."""
 
-    chances: tuple[float, ...]
-    """Of each; their sum is 1."""
+    probabilities: tuple[float, ...]
+    """Posterior probability of each spline; they sum to 1."""
 
     @cached_property
     def values(self) -> Floats:
-        """``(n,)``: the series, gaps filled: the mean of the splines."""
-        mean: Floats = np.einsum("s,sn->n", self.chances, [spline.values for spline in self.splines])
+        """``(n,)``: the smoothed series, gaps filled."""
+        mean: Floats = np.einsum("s,sn->n", self.probabilities, [spline.values for spline in self.splines])
         return mean
 
     @cached_property
     def variance_to_first(self) -> Floats:
-        """``(n,)``: posterior variance of each value minus the first one's; from place to place it is interpolated.
+        """``(n,)``: posterior variance of each value minus the first one.
 
-        It is the mean of the splines' own variances, and the variance of the splines among each other.
+        It is the mean of the splines' own variances plus the variance among the splines, computed
+        at some positions; the standard deviation is interpolated between them.
         """
-        places = _places(self.splines[0].weights > 0)
-        total = np.zeros(len(places))
-        here = self.values[places] - self.values[0]
-        for chance, spline in zip(self.chances, self.splines, strict=True):
-            aside = spline.values[places] - spline.values[0] - here
-            total += chance * (self.noise_variance * spline.variances_to_first(places) + aside**2)
-        variance: Floats = np.interp(np.arange(len(self.values)), places, np.sqrt(total)) ** 2
+        positions = _variance_positions(self.splines[0].weights > 0)
+        total = np.zeros(len(positions))
+        mean = self.values[positions] - self.values[0]
+        for probability, spline in zip(self.probabilities, self.splines, strict=True):
+            deviation = spline.values[positions] - spline.values[0] - mean
+            total += probability * (self.noise_variance * spline.variances_to_first(positions) + deviation**2)
+        variance: Floats = np.interp(np.arange(len(self.values)), positions, np.sqrt(total)) ** 2
         return variance
 
     @property
     def order(self) -> int:
-        """p: which differences were kept small."""
+        """p: the order of the differences that are kept small."""
         return self.splines[0].order
 
     @property
-    def freedom(self) -> float:
-        """Degrees of freedom: how many data it could pass through."""
-        return sum(chance * spline.freedom for chance, spline in zip(self.chances, self.splines, strict=True))
+    def degrees_of_freedom(self) -> float:
+        """Effective number of parameters, averaged over the splines."""
+        pairs = zip(self.probabilities, self.splines, strict=True)
+        return sum(probability * spline.degrees_of_freedom for probability, spline in pairs)
 
     def cross_validation(self, series: Floats) -> float:
         """Generalised cross-validation score of this fit to ``series``: its mean squared error in predicting left-out data."""
         data = self.splines[0].data
         misfit = float(np.sum(self.splines[0].weights * (series - self.values) ** 2))
-        return data * misfit / (data - self.freedom) ** 2
+        return data * misfit / (data - self.degrees_of_freedom) ** 2
 
 
-def smooth(series: Floats, weights: Floats, *, orders: tuple[int, ...] = ORDERS, known: bool = False) -> Smooth:
+def smooth(
+    series: Floats, weights: Floats, *, orders: Sequence[int] = ORDERS, absolute_weights: bool = False
+) -> Smooth:
     """Smooth a series as far as its data allow.
 
     Args:
-        series: ``(n,)``: equidistant data; what stands where the weight is 0 does not count.
-        weights: ``(n,)``: inverse variances, eight or more of them above 0.
-        orders: which p to choose among: of those that predict left-out data equally well, the one with fewest degrees of freedom.
-        known: whether weights are inverse variances by size too. The noise is then kept within 0.8 to 1.5 times what they say,
-            so that fast motion is not mistaken for noise, nor noise for motion. Else it is estimated freely.
+        series: ``(n,)`` equidistant data; an entry whose weight is 0 is ignored.
+        weights: ``(n,)`` relative inverse variances, at least eight of them above 0.
+        orders: orders p to choose among. Of those that predict left-out data equally well, the one with the fewest degrees of
+            freedom is taken.
+        absolute_weights: whether the weights are inverse variances by size too. The noise is then kept within 0.8 to 1.5 times
+            what they say, so that fast motion is not mistaken for noise, nor noise for motion. Otherwise it is estimated freely.
     """
     present = weights > 0
     noise = 1 / float(weights[present].mean())
-    bounds = (0.8 * noise, 1.5 * noise) if known else (1e-300, np.inf)
-    series = np.where(present, series, 0.0)
-    fits = [_likely(series, weights * noise, order, bounds) for order in orders]
-    scores = [fit.cross_validation(series) for fit in fits]
-    equal = [fit for fit, score in zip(fits, scores, strict=True) if score <= _EQUAL * min(scores)]
-    return min(equal, key=lambda fit: fit.freedom)
+    noise_bounds = (0.8 * noise, 1.5 * noise) if absolute_weights else (1e-300, np.inf)
+    data = _Data(np.where(present, series, 0.0), weights * noise, noise_bounds)
+    fits = [_averaged(data, order) for order in orders]
+    scores = [fit.cross_validation(data.series) for fit in fits]
+    best = [fit for fit, score in zip(fits, scores, strict=True) if score <= _EQUAL_SCORES * min(scores)]
+    return min(best, key=lambda fit: fit.degrees_of_freedom)
 
 
-def _likely(series: Floats, weights: Floats, order: int, noise_bounds: tuple[float, float]) -> Smooth:
-    """Look from hardly any smoothing to the strength that leaves a polynomial and no more, then closer where it is likely."""
-    size = len(series)
-    strongest = min(_STIFF - 2 * order * float(np.log10((order + 1) / 2 * np.pi / size)), _STRONGEST)
-    powers = np.linspace(_WEAKEST, strongest, 1 + max(2, round((strongest - _WEAKEST) / (_STEP * order))))
-    likely = np.flatnonzero(_weighed(series, weights, order, powers, noise_bounds)[0])
-    closer = powers[max(likely[0] - 1, 0)], powers[min(likely[-1] + 1, len(powers) - 1)]
-    chances, splines, noise = _weighed(series, weights, order, np.linspace(*closer, _CLOSER), noise_bounds)
-    kept = np.flatnonzero(chances).tolist()
-    return Smooth(float(chances @ noise), tuple(splines[k] for k in kept), tuple(chances[kept].tolist()))
+@dataclass(frozen=True, eq=False)
+class _Data:
+    """What splines are fitted to."""
+
+    series: Floats
+    """``(n,)``: data; 0 in gaps."""
+
+    weights: Floats
+    """``(n,)``: weights of mean 1 where there are data; 0 in gaps."""
+
+    noise_bounds: tuple[float, float]
+    """Lowest and highest variance allowed for a datum of weight 1."""
 
 
-def _weighed(
-    series: Floats, weights: Floats, order: int, powers: Floats, noise_bounds: tuple[float, float]
-) -> tuple[Floats, list[Spline], Floats]:
-    """Splines whose strengths are these powers of ten: their chances, 0 for the unlikely, themselves, and their noise."""
-    splines = [Spline.through(series, weights, order, float(10.0**power)) for power in powers]
-    noise = np.clip([spline.cost / (spline.data - order) for spline in splines], *noise_bounds)
-    found = np.array([spline.log_likelihood(own) for spline, own in zip(splines, noise.tolist(), strict=True)])
-    chances = np.exp(found - found.max())
-    chances[chances < _UNLIKELY] = 0
-    return chances / chances.sum(), splines, noise
+@dataclass(frozen=True, eq=False)
+class _Posterior:
+    """Splines of one order and several strengths. Each sequence has one entry for each strength."""
+
+    splines: list[Spline]
+    """The splines."""
+
+    probabilities: Floats
+    """Posterior probability of each strength; 0 for those left out; they sum to 1."""
+
+    noise_variance: Floats
+    """Variance of a datum of weight 1 as each spline estimates it."""
+
+    @classmethod
+    def of(cls, data: _Data, order: int, log_strengths: Floats) -> "_Posterior":
+        """Fit a spline for each strength, given by its log10; all strengths have the same prior probability."""
+        splines = [
+            Spline.through(data.series, data.weights, order, float(10.0**log_strength))
+            for log_strength in log_strengths
+        ]
+        noise = np.clip([spline.cost / (spline.data - order) for spline in splines], *data.noise_bounds)
+        log_likelihood = np.array(
+            [spline.log_likelihood(own) for spline, own in zip(splines, noise.tolist(), strict=True)]
+        )
+        probabilities = np.exp(log_likelihood - log_likelihood.max())
+        probabilities[probabilities < _LEAST_PROBABILITY] = 0
+        return cls(splines, probabilities / probabilities.sum(), noise)
 
 
-def _places(present: Mask) -> Integers:
-    """Places where a variance is worked out: close together at the first, in long gaps, at their ends, and here and there."""
+def _averaged(data: _Data, order: int) -> Smooth:
+    """Average the splines of one order over a fine grid of strengths, laid where a coarse one finds them probable."""
+    grid = _coarse_grid(len(data.series), order)
+    probable = np.flatnonzero(_Posterior.of(data, order, grid).probabilities)
+    first, last = max(probable[0] - 1, 0), min(probable[-1] + 1, len(grid) - 1)
+    fine = _Posterior.of(data, order, np.linspace(grid[first], grid[last], _FINE_GRID))
+    kept = np.flatnonzero(fine.probabilities).tolist()
+    return Smooth(
+        noise_variance=float(fine.probabilities @ fine.noise_variance),
+        splines=tuple(fine.splines[k] for k in kept),
+        probabilities=tuple(fine.probabilities[kept].tolist()),
+    )
+
+
+def _coarse_grid(size: int, order: int) -> Floats:
+    """List log10 of strengths from hardly any smoothing to one that leaves nothing but a polynomial.
+
+    A spline averages over about lambda^(1 / 2p) neighbours, so that the step between strengths grows with the order.
+    """
+    lowest_mode = (order + 1) / 2 * np.pi / size  # rad per datum: the slowest that is no polynomial
+    strongest = min(_STOPPED - 2 * order * float(np.log10(lowest_mode)), _STRONGEST)
+    return np.linspace(_WEAKEST, strongest, 1 + max(2, round((strongest - _WEAKEST) / (_GRID_STEP * order))))
+
+
+def _variance_positions(present: Mask) -> Integers:
+    """Choose where a variance is computed: densely near the first datum, at both ends and in the middle of gaps, and evenly."""
     count = len(present)
     changes = np.flatnonzero(np.diff(present, prepend=True, append=True))
     start, end = changes[::2], changes[1::2]
     middle = ((start + end) // 2)[end - start >= _LONG_GAP]
-    near, far = 2 ** np.arange(int(np.log2(count)) + 1), np.linspace(0, count - 1, min(count, _PLACES))
-    places = np.concatenate([near, far.round().astype(np.int64), middle, start, end])
-    return np.unique(places.clip(0, count - 1))
+    near = 2 ** np.arange(int(np.log2(count)) + 1)
+    even = np.linspace(0, count - 1, min(count, _VARIANCE_POSITIONS)).round().astype(np.int64)
+    return np.unique(np.concatenate([near, even, middle, start, end]).clip(0, count - 1))

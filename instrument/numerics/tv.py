@@ -1,45 +1,58 @@
-"""Non-negative image of least total variation that explains the values within their noise."""
+"""The non-negative image of least total variation that explains the values within their noise."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Final, Self
 
 import numpy as np
 
 from instrument.numerics.operators import Operator, largest_eigenvalue
-from instrument.numerics.tv_steps import CORNERS, ascend, descend, slopes
+from instrument.numerics.tv_steps import CORNERS, K_SQUARED, dual_step, gradient_norms, primal_step
 from protocols import Floats, Singles
 
-_LOOK_EVERY = 10
-_ABOVE = 1.05  # the power method approaches the largest eigenvalue from below
-_BALANCE = 2.0  # of the dual step to the primal one: more cleans a dark ground sooner, less gains contrast sooner
-_RELAXATION = 1.7  # below 2 - 1 / (2 balance), the limit for convergence
-_EDGE = 0.2  # jump, in typical transmissions, at which an edge is freed of half its penalty
-_NOISY = 0.1  # smoothing's jump, in typical transmissions, above which freeing edges more than once invents some
-_LEAST_STRENGTH = 0.02  # lambda over eigenvalue and brightest pixel of A'b: below, first-order methods crawl
-_EXPLAINED = 1.05
-_STALLED = (
-    0.8  # of the misfit: a Bregman step that leaves more than that has met an error of the model, not of the image
-)
-_MOST_WORK = 4  # times ``iterations``: all solutions together
+EIGENVALUE_MARGIN: Final = 1.05
+"""Factor on an eigenvalue that the power method found, which approaches the largest one from below."""
+
+_SIGMA_K_SQUARED = 2.0  # sigma ||K||^2: a larger one cleans a dark ground sooner, a smaller one gains contrast sooner
+_SIGMA = _SIGMA_K_SQUARED / K_SQUARED
+_TAU = 1 / (0.5 + _SIGMA_K_SQUARED)  # so that 1 / tau - sigma ||K||^2 = 1/2
+_RHO = 1.7  # over-relaxation, where its bound allows it: see ``relaxation_of``
+_BELOW = 0.02  # distance kept from that bound
+_CHECK_EVERY = 10  # iterations from one look at the tolerance to the next
+_EDGE = 0.2  # gradient, in typical transmissions, at which reweighting halves the penalty
+_NOISY = 0.1  # lambda, in typical transmissions, above which reweighting more than once invents edges
+_LEAST_LAMBDA = 0.02  # of the brightest pixel of A'b: with a smaller lambda first-order methods converge too slowly
+_EXPLAINED = 1.05  # misfit at which the values count as explained
+_STALLED = 0.8  # ratio of successive misfits above which further Bregman steps would fit errors of the model
+_BUDGET = 4  # times ``iterations``: all solutions together
 
 
 @dataclass(frozen=True, eq=False)
 class TvState:
-    """Where the solver stands: the image, and what a warm start needs."""
+    """The image that the solver ended at, and what a warm start from there needs."""
 
     image: Singles
     """``(height, width)``."""
 
     dual: Singles
-    """``(8, height, width)``: dual variable of the gradients, divided by ``eigenvalue``."""
+    """``(2, 4, height, width)``: dual variable of the gradients as in ``tv_steps``, divided by ``eigenvalue``."""
 
     eigenvalue: float
-    """Upper bound of A'A of the whitened rows."""
+    """Upper bound of the eigenvalues of A'A, A whitened."""
 
     misfit: float
     """Root mean square of the residual in units of the noise: about 1 where the image explains the values."""
 
     iterations: int
-    """Spent in all."""
+    """Iterations of all solutions, those before a warm start included."""
+
+    relaxation: float = _RHO
+    """Over-relaxation rho of the iteration."""
+
+    @classmethod
+    def zero(cls, shape: tuple[int, int], eigenvalue: float) -> Self:
+        """Give the start of a first solution: image, of ``shape`` (height, width), and dual variable are 0."""
+        dual = np.zeros((2, CORNERS, *shape), np.float32)
+        return cls(np.zeros(shape, np.float32), dual, eigenvalue, misfit=float("nan"), iterations=0)
 
 
 def total_variation(
@@ -53,65 +66,82 @@ def total_variation(
     iterations: int = 400,
     start: TvState | None = None,
 ) -> TvState:
-    """Minimise 1/2 ||A x - b||^2 + lambda sum w |grad x| over x >= 0, by the primal-dual method.
+    """Minimise 1/2 ||A x - b||^2 + lambda sum w |grad x| over x >= 0.
 
-    The rows must be whitened: noise of variance 1 on each value. lambda is ``strength`` times the noise of a pixel of A'b
-    (standard deviation, rms over pixels): for Hadamard rows of noise sigma sqrt(2), that is strength sqrt(rows / 2) / sigma.
-    The gradient's norm is isotropic, the mean over a pixel's four corners, and free at the image's border. Against forward
-    differences alone that is worth 0.2 to 0.7 dB.
+    The rows must be whitened, so that each value has noise of variance 1. The norm of the gradient is isotropic and the mean
+    over a pixel's four corners. lambda is ``strength`` times the standard deviation, rms over pixels, of A'n for white noise n
+    of variance 1: for Hadamard rows of noise sigma sqrt(2) that is strength sqrt(rows / 2) / sigma.
 
-    Total variation lowers contrast. Two ways undo it. *Reweighting* solves again with w = e / (|grad x| + e), so that edges
-    found are no longer penalised; e is 0.2 of the typical transmission. A *Bregman step* adds the residual to the values and
-    solves again. Reweighting gains 2 to 3 dB over a Bregman step on letters, 0.7 on grey shapes, 0.2 on bars,
-    and loses up to 0.4 at 50 photons a pattern.
+    Total variation lowers contrast, which is restored in one of two ways. *Reweighting* ("freeing" the edges found) solves
+    again with w = e / (|grad x| + e), e being 0.2 of the typical transmission, so that edges found are no longer penalised. A
+    *Bregman step* adds the residual to the values and solves again. ``docs/decisions/0008-edge-reweighted-tv.md`` compares them.
 
-    Edges are freed twice, or once more in a warm start, where the noise is weak: where the jump that smoothing takes from an edge
-    is below a tenth of the typical transmission. Where it is not, each freeing invents some edges: they are freed once, after a
-    plain solution. Against one freeing that is worth up to 0.6 dB at weak noise, against two up to 0.5 dB at strong noise.
+    By default a cold start solves once with w = 1 and then reweights twice, or once where the noise is strong: where lambda
+    (over the eigenvalue), the jump that the penalty takes from an edge, is above a tenth of the typical transmission. A warm
+    start reweights once, after a solution with w = 1 only where the noise is strong.
 
-    Where the noise is so small that lambda would make the iteration crawl, a larger lambda is taken, and Bregman steps follow
-    until the values are explained within their noise. They end, too, when a step no longer lowers the misfit by a fifth: what
-    is left is then an error of the model, such as one of the motion, and not in the image's power to explain.
+    Where lambda would be so small that the iteration converged too slowly, a larger lambda is taken, and Bregman steps follow
+    until the misfit is 1.05 or less, or a step lowers it by less than a fifth: what is then left is an error of the model, such
+    as one of the motion, that no image explains.
 
-    A solution is done when in ten iterations the predicted values change by less than ``tolerance`` of their noise (rms), or,
-    while Bregman steps are to follow, of half their misfit. All solutions together take at most four times ``iterations``.
+    A solution ends when the predicted values change by less than ``tolerance`` (rms, in units of their noise; of half their
+    misfit where Bregman steps are to follow because of a small lambda) in ten iterations. All solutions together take at most
+    four times ``iterations``.
 
     Args:
         operator: A, whitened.
         values: ``(rows,)`` b, whitened.
-        strength: larger is smoother; 3 with reweighting, 4 to 6 with Bregman steps alone.
-        reweightings: solutions with edges freed, after a plain one or a warm start; None leaves the choice to the noise.
-        bregman_steps: solutions after those, with the residual added.
-        tolerance: see above.
-        iterations: at most so many for each solution.
-        start: where an earlier call with similar rows ended.
+        strength: larger values smooth more; 3 suits reweighting, 4 to 6 Bregman steps alone.
+        reweightings: number of reweighted solutions; None chooses it as described above, 0 gives plain total variation.
+        bregman_steps: number of Bregman steps after those.
+        tolerance: change of the predicted values at which a solution ends.
+        iterations: largest number of iterations of one solution.
+        start: result of an earlier call with similar rows.
 
     References:
         L. Condat, J. Optim. Theory Appl. 158 (2013) 460, algorithm 3.1; B. C. Vu, Adv. Comput. Math. 38 (2013) 667.
         E. J. Candes, M. B. Wakin, S. P. Boyd, J. Fourier Anal. Appl. 14 (2008) 877 (reweighting).
         S. Osher et al., Multiscale Model. Simul. 4 (2005) 460 (Bregman).
     """
-    solver = _PrimalDual(operator, values, strength=strength, tolerance=tolerance, iterations=iterations, start=start)
+    solver = _CondatVu(operator, values, strength=strength, tolerance=tolerance, iterations=iterations, start=start)
     if start is None or reweightings == 0 or (reweightings is None and solver.noisy):
-        solver.solve(values, edges_freed=False)
+        solver.solve(values, reweighted=False)
     if reweightings is None:
         reweightings = 2 if start is None and not solver.noisy else 1
     for _ in range(reweightings):
-        solver.solve(values, edges_freed=True)
-    target, residual = values, values - operator.matvec(solver.image.ravel())
-    misfit, last, steps = _rms(residual), np.inf, 0
-    while steps < bregman_steps or (
-        solver.coarse and misfit > _EXPLAINED and misfit < _STALLED * last and solver.left > 0
+        solver.solve(values, reweighted=True)
+    misfit = _take_bregman_steps(solver, values, bregman_steps, reweighted=reweightings > 0)
+    return TvState(solver.image, solver.dual, solver.eigenvalue, misfit, solver.iterations_done, solver.relaxation)
+
+
+def _take_bregman_steps(solver: "_CondatVu", values: Singles, steps: int, *, reweighted: bool) -> float:
+    """Take ``steps`` Bregman steps, and more while a raised lambda leaves values unexplained. Return the last misfit."""
+    target, residual = values, values - solver.predicted()
+    misfit, previous = _rms(residual), np.inf
+    while steps > 0 or (
+        solver.lambda_raised and misfit > _EXPLAINED and misfit < _STALLED * previous and solver.budget > 0
     ):
         target = (target + residual).astype(np.float32)
-        solver.solve(target, edges_freed=reweightings > 0)
-        residual = values - operator.matvec(solver.image.ravel())
-        misfit, last, steps = _rms(residual), misfit, steps + 1
-    return TvState(solver.image, solver.dual, solver.eigenvalue, misfit, solver.spent)
+        solver.solve(target, reweighted=reweighted)
+        residual = values - solver.predicted()
+        misfit, previous = _rms(residual), misfit
+        steps -= 1
+    return misfit
 
 
-class _PrimalDual:
-    """Over-relaxed Condat-Vu iteration on the objective divided by the eigenvalue of A'A."""
+class _CondatVu:
+    """Condat's algorithm 3.1 on the objective divided by the eigenvalue L of A'A, so that the data term has curvature 1.
+
+    One iteration, with x the image and y the dual variable, is
+
+        x~ = max(0, x - tau A'(A x - b) / L - tau K'y)
+        y~ = projection of y + sigma K(2 x~ - x) on vectors no longer than lambda w / (2 L)
+        (x, y) = rho (x~, y~) + (1 - rho) (x, y).
+
+    The step sizes meet Condat's condition 1 / tau - sigma ||K||^2 >= 1/2 with equality. Convergence is proved for
+    rho < 2 - mu / 2, mu being the largest eigenvalue of (1 / tau - sigma K'K)^-1 A'A / L: ``relaxation_of`` keeps below it. See
+    "Step sizes" in ``docs/decisions/0008-edge-reweighted-tv.md``.
+    """
 
     def __init__(
         self,
@@ -123,66 +153,100 @@ class _PrimalDual:
         iterations: int,
         start: TvState | None,
     ) -> None:
+        if start is None:
+            eigenvalue = largest_eigenvalue(operator) * EIGENVALUE_MARGIN
+            start = replace(
+                TvState.zero(operator.image_shape, eigenvalue), relaxation=relaxation_of(operator, eigenvalue)
+            )
         self.operator = operator
-        self.eigenvalue = largest_eigenvalue(operator) * _ABOVE if start is None else start.eigenvalue
-        shape = operator.image_shape
-        self.image = np.zeros(shape, np.float32) if start is None else start.image.copy()
-        self.dual = np.zeros((2 * CORNERS, *shape), np.float32) if start is None else start.dual.copy()
-        self.spent = 0 if start is None else start.iterations
-        wanted = strength * _backprojected_noise(operator) / max(self.eigenvalue, 1e-30)
-        least = _LEAST_STRENGTH * float(operator.rmatvec(values).max()) / max(self.eigenvalue, 1e-30)
-        self.coarse = wanted < least
-        self.strength = max(wanted, least)
+        self.image, self.dual = start.image.copy(), start.dual.copy()
+        self.eigenvalue, self.iterations_done, self.relaxation = start.eigenvalue, start.iterations, start.relaxation
+        scale = max(self.eigenvalue, 1e-30)
+        wanted = strength * _backprojected_noise(operator) / scale
+        least = _LEAST_LAMBDA * float(operator.rmatvec(values).max()) / scale
+        self.lambda_raised = wanted < least
+        self.scaled_lambda = max(wanted, least)  # lambda / L
         self.tolerance, self.iterations = tolerance, iterations
-        self.left = _MOST_WORK * iterations
+        self.budget = _BUDGET * iterations
 
     @property
     def noisy(self) -> bool:
-        """Whether smoothing takes more than a tenth of the typical transmission from an edge."""
-        return self.strength > _NOISY * self._typical
+        """Whether the penalty takes more than a tenth of the typical transmission from an edge."""
+        return self.scaled_lambda > _NOISY * self._typical
 
     @property
     def _typical(self) -> float:
-        """Transmission of the image's lit parts."""
+        """Typical transmission: the mean over the image, each pixel weighted by its own transmission."""
         total = float(self.image.sum())
         return float(np.vdot(self.image, self.image)) / total if total > 0 else 0.0
 
-    def solve(self, values: Singles, *, edges_freed: bool) -> None:
+    def predicted(self) -> Singles:
+        """Give the values A x of the current image, ``(rows,)``."""
+        return self.operator.matvec(self.image.ravel())
+
+    def solve(self, values: Singles, *, reweighted: bool) -> None:
         """Iterate from where the last solution ended."""
-        operator, image, dual = self.operator, self.image, self.dual
-        pull = 1 / (0.5 + _BALANCE)
-        step = pull / max(self.eigenvalue, 1e-30)
-        radius = self._radius(edges_freed=edges_freed)
-        residual = operator.matvec(image.ravel()) - values
-        seen = residual.copy()
-        most, iteration = min(self.iterations, self.left), 0
+        operator, image = self.operator, self.image
+        tau_data = _TAU / max(self.eigenvalue, 1e-30)
+        bound = self._dual_bound(reweighted=reweighted)
+        # A x - b follows the relaxed image without a product of its own, as it is linear in x.
+        residual = self.predicted() - values
+        checked = residual.copy()
+        most, iteration = min(self.iterations, self.budget), 0
         for iteration in range(1, most + 1):
-            ahead = operator.rmatvec(residual).reshape(image.shape)
-            descend(image, dual, ahead, step, pull)
-            residual += np.float32(_RELAXATION) * (operator.matvec(ahead.ravel()) - values - residual)
-            ascend(image, dual, ahead, radius, _BALANCE / 8, _RELAXATION)
-            if iteration % _LOOK_EVERY == 0 or iteration == most:
-                noise = max(1.0, _rms(residual) / 2) if self.coarse else 1.0
-                if _rms(residual - seen) < self.tolerance * noise:
+            proposal = operator.rmatvec(residual).reshape(image.shape)  # the gradient, until the step replaces it
+            primal_step(image, self.dual, proposal, tau_data, _TAU)
+            residual += np.float32(self.relaxation) * (operator.matvec(proposal.ravel()) - values - residual)
+            dual_step(image, self.dual, proposal, bound, _SIGMA, self.relaxation)
+            if iteration % _CHECK_EVERY == 0 or iteration == most:
+                if _rms(residual - checked) < self._tolerated_change(residual):
                     break
-                seen[:] = residual
-        self.spent += iteration
-        self.left -= iteration
+                checked[:] = residual
+        self.iterations_done += iteration
+        self.budget -= iteration
         np.maximum(image, 0, out=image)
 
-    def _radius(self, *, edges_freed: bool) -> Singles:
-        radius = np.full((CORNERS, *self.image.shape), 2 * self.strength / CORNERS, np.float32)
+    def _tolerated_change(self, residual: Singles) -> float:
+        """Give the change of the predicted values (rms) below which a solution ends."""
+        return self.tolerance * (max(1.0, _rms(residual) / 2) if self.lambda_raised else 1.0)
+
+    def _dual_bound(self, *, reweighted: bool) -> Singles:
+        """Give the largest length of each dual vector, ``(4, height, width)``: 2 lambda w / (4 L), as K is half a gradient."""
+        bound = np.full((CORNERS, *self.image.shape), 2 * self.scaled_lambda / CORNERS, np.float32)
         edge = np.float32(_EDGE * self._typical)
-        if edges_freed and edge > 0:
-            radius *= edge / (slopes(self.image) + edge)
-        return np.maximum(radius, np.float32(1e-20))
+        if reweighted and edge > 0:
+            bound *= edge / (gradient_norms(self.image) + edge)
+        return np.maximum(bound, np.float32(1e-20))
+
+
+def relaxation_of(operator: Operator, eigenvalue: float) -> float:
+    """Choose the over-relaxation rho of the iteration for these rows: 1.7, or less where convergence would not be proved.
+
+    The bound is 2 - mu / 2 (see ``_CondatVu``). mu is the largest Rayleigh quotient of three images for which K'K is known: an
+    even one, stripes, and a checkerboard, for which 1 / tau - sigma K'K is smallest. Smooth patterns hardly see a checkerboard,
+    and the bound is about 1.8; all patterns of an object at rest see every image alike, and it is about 1.05.
+
+    Args:
+        operator: A, whitened.
+        eigenvalue: upper bound of the eigenvalues of A'A.
+    """
+    rows, columns = np.indices(operator.image_shape)
+    probes = ((np.zeros_like(rows), 0.0), (columns, 0.5), (rows, 0.5), (rows + columns, 1.0))
+    mu = 0.0
+    for parity, share in probes:
+        image = (1 - 2 * (parity % 2)).astype(np.float32).ravel()
+        seen = operator.matvec(image)
+        metric = 1 / _TAU - share * _SIGMA_K_SQUARED
+        mu = max(mu, float(np.vdot(seen, seen)) / (max(eigenvalue, 1e-30) * image.size * metric))
+    return float(min(_RHO, max(1.0, 2 - mu / 2 - _BELOW)))
 
 
 def _backprojected_noise(operator: Operator) -> float:
-    """Standard deviation, rms over pixels, of A'n for white noise n of variance 1: from one random draw over all pixels."""
+    """Estimate the standard deviation, rms over pixels, of A'n for white noise n of variance 1 from one random draw of n."""
     noise = np.random.default_rng(0).standard_normal(operator.shape[0]).astype(np.float32)
     return _rms(operator.rmatvec(noise))
 
 
 def _rms(values: Singles | Floats) -> float:
+    """Give the root mean square."""
     return float(np.sqrt(np.mean(np.square(values)))) if values.size else 0.0

@@ -1,4 +1,4 @@
-"""Grey patterns made binary."""
+"""Dithering, which makes grey patterns binary."""
 
 import numpy as np
 
@@ -8,19 +8,19 @@ from protocols import Bytes, Floats
 def floyd_steinberg(grey: Floats) -> Bytes:
     """Make a grey pattern binary by error diffusion, row by row from the left.
 
-    The error of each sample goes on to its right (7/16), lower left (3/16), lower (5/16) and lower right (1/16) neighbour.
+    The error of each sample is passed to its right (7/16), lower left (3/16), lower (5/16) and lower right (1/16) neighbour.
 
     Args:
-        grey: ``(rows, columns)``, 0 to 1.
+        grey: ``(rows, columns)`` grey values, 0 to 1.
 
     Returns:
-        ``(rows, columns)`` of 0 and 1.
+        The binary pattern, ``(rows, columns)`` of 0 and 1.
 
     References:
         R. W. Floyd, L. Steinberg, "An adaptive algorithm for spatial grey scale", Proc. SID 17 (1976) 75-77.
     """
     rows, columns = grey.shape
-    # One spare column on each side takes the error that leaves the pattern; plain lists are fast to index.
+    # One spare column on each side takes the error that leaves the pattern. Plain lists are faster to index than arrays.
     below = [0.0] * (columns + 2)
     binary = np.zeros((rows, columns), np.uint8)
     for row in range(rows):

@@ -10,17 +10,17 @@ from protocols import Bytes, Floats
 
 
 def fringe(size: int, cycles: int, phase_rad: float, axis: Literal["x", "y"], upsampling: int = 1) -> Floats:
-    """Give P(x, y) = 1/2 + 1/2 cos(2 pi f u + phase), u the pixel coordinate along ``axis``, f = cycles / size.
+    """Give P(x, y) = 1/2 + 1/2 cos(2 pi f u + phase), where u is the pixel coordinate along ``axis`` and f = cycles / size.
 
     Args:
         size: image pixels a side (m).
-        cycles: periods across the field.
+        cycles: number of periods across the field.
         phase_rad: phase at pixel 0.
-        axis: ``x`` varies along columns, ``y`` along rows.
-        upsampling: samples a side of one pixel; sample centres stand symmetrically about the pixel's.
+        axis: ``x`` for a fringe that varies along columns, ``y`` for one that varies along rows.
+        upsampling: samples a side of one pixel, centred symmetrically about the centre of the pixel.
 
     Returns:
-        ``(size * upsampling, size * upsampling)`` of grey values 0 to 1, row = y.
+        Grey values from 0 to 1, ``(size * upsampling, size * upsampling)``, row = y.
 
     References:
         Li et al., "Single-pixel imaging of a translational object", Opt. Express (2023), equation 1.
@@ -33,10 +33,10 @@ def fringe(size: int, cycles: int, phase_rad: float, axis: Literal["x", "y"], up
 
 @lru_cache(maxsize=32)
 def fourier_pattern(size: int, cycles: int, phase_rad: float, axis: Literal["x", "y"], upsampling: int = 1) -> Bytes:
-    """Give the binary pattern that stands for ``fringe``, by Floyd-Steinberg dithering.
+    """Give the binary pattern that represents ``fringe``, by Floyd-Steinberg dithering.
 
-    Its complement, ``1 - pattern``, stands for the phase turned by pi, so that both add to the all-one pattern exactly. Made
-    once and kept: the array is read-only.
+    Its complement, ``1 - pattern``, represents the fringe whose phase is larger by pi, so that both add to the all-one pattern
+    exactly. The array is made once, kept, and read-only.
     """
     pattern = floyd_steinberg(fringe(size, cycles, phase_rad, axis, upsampling))
     pattern.flags.writeable = False

@@ -12,6 +12,7 @@ Signs: TypeAlias = NDArray[np.int8]
 """Values -1 and +1."""
 
 HadamardOrder: TypeAlias = Literal["tv", "hyperbolic", "natural"]
+"""Name of an order; see ``hadamard_order``."""
 
 
 @lru_cache(maxsize=8)
@@ -19,10 +20,10 @@ def walsh_matrix(size: int) -> Signs:
     """Give the Walsh rows by ascending number of sign changes: row c changes sign c times.
 
     Args:
-        size: a power of two.
+        size: number of rows, a power of two.
 
     Returns:
-        ``(size, size)`` of -1 and +1; symmetric, rows orthogonal. Made once and kept: read-only.
+        ``(size, size)`` of -1 and +1, symmetric, with orthogonal rows. The array is made once, kept, and read-only.
 
     Raises:
         ValueError: ``size`` is no power of two.
@@ -35,16 +36,16 @@ def walsh_matrix(size: int) -> Signs:
 def hadamard_order(size: int, order: HadamardOrder, count: int | None = None) -> Integers:
     """List Hadamard patterns as pairs of Walsh rows (c_i down, c_j across), in the order in which they are shown.
 
-    ``tv``: ascending total variation, 2 m (c_i + c_j). ``hyperbolic``: ascending (c_i + 1)(c_j + 1). ``natural``: Sylvester's
-    order, k = size * i + j with i, j counted in Sylvester's matrix. Ties are broken by c_i, so the order is one of its kind.
+    ``tv`` is ascending total variation, 2 m (c_i + c_j). ``hyperbolic`` is ascending (c_i + 1)(c_j + 1). ``natural`` is the order
+    of Sylvester's matrix, k = size * i + j with i and j counting its rows. Ties are broken by c_i, so that each order is unique.
 
     Args:
         size: image pixels a side, a power of two.
-        order: which order.
-        count: how many; None for all ``size ** 2``. More than that starts again from the first.
+        order: name of the order.
+        count: number of patterns; None for all ``size ** 2``. After the last pattern the first one follows again.
 
     Returns:
-        ``(count, 2)`` of sign-change numbers.
+        Numbers of sign changes c_i and c_j, ``(count, 2)``.
 
     References:
         Yu et al., Scientific Reports 10 (2020), doi 10.1038/s41598-020-66371-5: ascending total variation.
@@ -68,17 +69,17 @@ def hadamard_signs(size: int, pairs: Integers) -> Signs:
 
     Args:
         size: image pixels a side.
-        pairs: ``(n, 2)`` as from ``hadamard_order``.
+        pairs: ``(n, 2)`` Walsh rows, as from ``hadamard_order``.
 
     Returns:
-        ``(n, size, size)`` of -1 and +1, row = y.
+        The patterns, ``(n, size, size)`` of -1 and +1, row = y.
     """
     walsh = walsh_matrix(size)
     return walsh[pairs[:, 0], :, None] * walsh[pairs[:, 1], None, :]
 
 
 def _natural(size: int) -> Signs:
-    """Sylvester's matrix: H_2n is H_n four times, its lower right quarter with the other sign."""
+    """Give Sylvester's matrix: H_2n holds H_n four times, with the opposite sign in its lower right quarter."""
     if size < 1 or size & (size - 1):
         raise ValueError(f"size is {size}: Hadamard matrices are made for powers of two")
     matrix = np.ones((1, 1), np.int8)
@@ -88,6 +89,6 @@ def _natural(size: int) -> Signs:
 
 
 def _sign_changes(size: int) -> Integers:
-    """Sign changes of each row of Sylvester's matrix."""
+    """Count the sign changes of each row of Sylvester's matrix."""
     changes: Integers = np.count_nonzero(np.diff(_natural(size), axis=1), axis=1).astype(np.int64)
     return changes

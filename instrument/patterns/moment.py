@@ -10,15 +10,17 @@ from protocols import Bytes, Floats
 
 
 def ramp(size: int, axis: Literal["x", "y"], upsampling: int = 1) -> Floats:
-    """Give P(x, y) = (u + 1/2) / size, u the pixel coordinate along ``axis``: 0 at the field's first border, 1 at its last.
+    """Give P(x, y) = (u + 1/2) / size, where u is the pixel coordinate along ``axis``.
+
+    The ramp is 0 at the first border of the field and 1 at the last.
 
     Args:
         size: image pixels a side (m).
-        axis: ``x`` grows along columns, ``y`` along rows.
+        axis: ``x`` for a ramp that grows along columns, ``y`` for one that grows along rows.
         upsampling: samples a side of one pixel.
 
     Returns:
-        ``(size * upsampling, size * upsampling)`` of grey values between 0 and 1, row = y.
+        Grey values from 0 to 1, ``(size * upsampling, size * upsampling)``, row = y.
 
     References:
         Zha, Shi, Meng, Liu, Peng, Opt. Express 29(19) (2021) 30327: geometric moment patterns.
@@ -31,7 +33,10 @@ def ramp(size: int, axis: Literal["x", "y"], upsampling: int = 1) -> Floats:
 
 @lru_cache(maxsize=16)
 def moment_pattern(size: int, axis: Literal["x", "y"], upsampling: int = 1) -> Bytes:
-    """Give the binary pattern that stands for ``ramp``, by Floyd-Steinberg dithering. Made once and kept: it is read-only."""
+    """Give the binary pattern that represents ``ramp``, by Floyd-Steinberg dithering.
+
+    The array is made once, kept, and read-only.
+    """
     pattern = floyd_steinberg(ramp(size, axis, upsampling))
     pattern.flags.writeable = False
     return pattern

@@ -1,7 +1,7 @@
-"""The image of an object that moved: structured rows, total variation, ghost imaging, inverse transform."""
+"""Reconstruction of an object that moved: structured rows, total variation, ghost imaging, inverse transform."""
 
 from instrument.choices import Method
-from instrument.reconstruction.conventional import inverse_hadamard, inverse_walsh
+from instrument.reconstruction.conventional import inverse_hadamard
 from instrument.reconstruction.correlation import FixedPatterns
 from instrument.reconstruction.dgi import ghost_image
 from instrument.reconstruction.methods import METHODS, ImageMethod, Solution, Solver, method_of
@@ -25,7 +25,6 @@ __all__ = [
     "Solver",
     "ghost_image",
     "inverse_hadamard",
-    "inverse_walsh",
     "method_of",
     "reconstruct",
     "walsh_changes",

@@ -2,31 +2,23 @@
 
 import numpy as np
 
-from instrument.patterns import HadamardOrder, hadamard_order, walsh_matrix
+from instrument.patterns import walsh_matrix
 from protocols import Floats, Integers
 
 
-def inverse_hadamard(values: Floats, size: int, order: HadamardOrder = "tv") -> Floats:
-    """Turn Hadamard coefficients into an image; patterns that were not measured count as 0.
+def inverse_hadamard(values: Floats, pairs: Integers, size: int) -> Floats:
+    """Turn Hadamard coefficients into an image, O = sum I_k H_k / size^2.
+
+    Coefficients of patterns that were not shown count as 0; those of a pattern shown more than once are averaged.
 
     Args:
-        values: ``(n,)`` differential values I_H+ - I_H-, from the order's first pattern on; n at most ``size ** 2``.
+        values: ``(n,)`` differential values I_H+ - I_H-.
+        pairs: ``(n, 2)`` Walsh rows of each pattern, as from ``hadamard_order``.
         size: image pixels a side.
-        order: in which order the patterns were shown.
 
     Returns:
-        ``(size, size)``: O = sum I_k H_k / size^2, row = y (down), column = x.
-
-    Raises:
-        ValueError: more values than patterns.
+        ``(size, size)``, row = y (down), column = x.
     """
-    if len(values) > size * size:
-        raise ValueError(f"{len(values)} values, but there are {size * size} patterns of {size} x {size} pixels")
-    return inverse_walsh(values, hadamard_order(size, order, len(values)), size)
-
-
-def inverse_walsh(values: Floats, pairs: Integers, size: int) -> Floats:
-    """The same for patterns listed as pairs of Walsh rows; values of a pattern shown more than once are averaged."""
     flat = pairs[:, 0] * size + pairs[:, 1]
     shown = np.bincount(flat, minlength=size * size)
     coefficients = np.bincount(flat, weights=values, minlength=size * size) / np.maximum(shown, 1)

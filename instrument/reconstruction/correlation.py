@@ -1,8 +1,8 @@
-"""What fixed patterns see of an image, wherever it is: correlation maps."""
+"""Values that fixed patterns give of an image at any displacement: correlation maps."""
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Self, TypeAlias
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,25 +12,47 @@ from scipy.sparse import csr_array
 from instrument.reconstruction.region import Region
 from protocols import Bytes, Floats, Integers, Singles
 
-Pair: TypeAlias = tuple[Integers, Integers]
+
+@dataclass(frozen=True, eq=False)
+class _Cells:
+    """Where displacements lie in the maps: between a near and a far entry along each axis. All arrays have one shape."""
+
+    x: Integers
+    """Near column."""
+
+    y: Integers
+    """Near row."""
+
+    far_x: Integers
+    """Column after the near one."""
+
+    far_y: Integers
+    """Row after the near one."""
+
+    part_x: Floats
+    """Distance from the near column in px, 0 to 1."""
+
+    part_y: Floats
+    """Distance from the near row in px, 0 to 1."""
 
 
 @dataclass(frozen=True, eq=False)
 class FixedPatterns:
     """Patterns that are the same in every frame, such as the four Fourier patterns.
 
-    The value of pattern P on an image O displaced by d is the correlation C(d) = sum O(u) P(u + d), P zero outside the field. At
-    whole pixels that is one Fourier transform for all d; between them C is linear along each axis, exactly, for square pixels.
+    The value of pattern P on an image O displaced by d is the correlation C(d) = sum O(u) P(u + d), P being 0 outside the field.
+    At whole pixels one Fourier transform gives C for all d. Between them C is linear along each axis, exactly, as pixels are
+    square.
     """
 
     patterns: Singles
-    """``(n, size, size)``: 0 to 1; where a pixel has several dithered samples, their mean."""
+    """``(n, size, size)``: transmission of each pixel, 0 to 1; the mean over its dithered samples."""
 
     region: Region
-    """Where the image may differ from 0."""
+    """Pixels where the image may differ from 0."""
 
     width: int
-    """Of the maps: 2 size for all displacements, less where few are needed."""
+    """Width and height of the maps: 2 size where they hold all displacements, less where only some are needed."""
 
     @classmethod
     def of(cls, patterns: Bytes, size: int, region: Region, places_px: Floats | None = None) -> Self:
@@ -39,9 +61,9 @@ class FixedPatterns:
         Args:
             patterns: ``(n, samples, samples)`` of 0 and 1, samples a multiple of ``size``.
             size: pixels a side of the field.
-            region: of the image.
-            places_px: ``(..., 2)`` x, y: all displacements that will be asked for; where the region stays inside the field at
-                all of them, maps are a quarter as large.
+            region: pixels of the image.
+            places_px: ``(..., 2)`` all displacements (x, y) that will be asked for. Where the region stays inside the field at
+                all of them, the maps are a quarter as large. None allows any displacement.
         """
         finer = patterns.shape[-1] // size
         samples = patterns.reshape(-1, size, finer, size, finer)
@@ -55,14 +77,15 @@ class FixedPatterns:
 
     @cached_property
     def _spectra(self) -> NDArray[np.complex64]:
+        """``(n, width, width // 2 + 1)``: Fourier transforms of the patterns."""
         spectra: NDArray[np.complex64] = fft.rfft2(self.patterns, (self.width, self.width))
         return spectra
 
     def maps(self, image: Singles) -> Singles:
-        """``(n, width, width)``: C at whole displacements, negative ones counted from the end.
+        """Give C at whole displacements, ``(n, width, width)``, negative displacements counted from the end.
 
         Args:
-            image: ``(height, width)`` of the region.
+            image: ``(height, width)`` pixels of the region.
         """
         padded = np.zeros(self.patterns.shape[1:], np.float32)
         padded[self._inside] = image
@@ -71,7 +94,7 @@ class FixedPatterns:
         return maps
 
     def image(self, maps: Singles) -> Singles:
-        """The transpose of ``maps``: from ``(n, width, width)`` to ``(height, width)`` of the region."""
+        """Apply the transpose of ``maps``: ``(n, width, width)`` to ``(height, width)`` of the region."""
         seen: NDArray[np.complex64] = fft.rfft2(maps)
         together: NDArray[np.complex64] = (np.conj(seen) * self._spectra).sum(axis=0)
         image: Singles = fft.irfft2(together, (self.width, self.width))
@@ -79,44 +102,45 @@ class FixedPatterns:
 
     @property
     def _inside(self) -> tuple[slice, slice]:
+        """Rows and columns of the region in the field."""
         area = self.region
         return slice(area.top, area.top + area.height), slice(area.left, area.left + area.width)
 
     def values(self, maps: Singles, places_px: Floats) -> tuple[Floats, Floats]:
-        """Read maps at displacements.
+        """Read maps at displacements, by linear interpolation.
 
         Args:
-            maps: of the image.
-            places_px: ``(rows, n, 2)`` x, y: of each pattern in each row.
+            maps: ``(n, width, width)`` maps of the image.
+            places_px: ``(rows, n, 2)`` displacement (x, y) during each pattern in each row.
 
         Returns:
-            ``(rows, n)`` values, and ``(rows, n, 2)`` their derivatives by x and y.
+            The values, ``(rows, n)``, and their derivatives by x and y, ``(rows, n, 2)``.
         """
-        (x, y), (next_x, next_y), (across_px, down_px) = self._cells(places_px)
-        pattern = np.arange(len(self.patterns))
-        near, right = maps[pattern, y, x], maps[pattern, y, next_x]
-        down, both = maps[pattern, next_y, x], maps[pattern, next_y, next_x]
-        upper, lower = near + across_px * (right - near), down + across_px * (both - down)
-        slope_x = (1 - down_px) * (right - near) + down_px * (both - down)
-        values: Floats = (upper + down_px * (lower - upper)).astype(np.float64)
+        cells, pattern = self._cells(places_px), np.arange(len(self.patterns))
+        near, right = maps[pattern, cells.y, cells.x], maps[pattern, cells.y, cells.far_x]
+        down, both = maps[pattern, cells.far_y, cells.x], maps[pattern, cells.far_y, cells.far_x]
+        upper, lower = near + cells.part_x * (right - near), down + cells.part_x * (both - down)
+        slope_x = (1 - cells.part_y) * (right - near) + cells.part_y * (both - down)
+        values: Floats = (upper + cells.part_y * (lower - upper)).astype(np.float64)
         slopes: Floats = np.stack([slope_x, lower - upper], axis=-1).astype(np.float64)
         return values, slopes
 
     def sampling(self, places_px: Floats) -> csr_array:
-        """Reading maps as a sparse matrix, ``(rows n, n width width)``: ``values`` of ``maps.ravel()``."""
-        (x, y), (next_x, next_y), (across_px, down_px) = self._cells(places_px)
-        first = np.arange(len(self.patterns)) * self.width**2
-        columns = [first + down * self.width + across for down in (y, next_y) for across in (x, next_x)]
-        weights = [down * across for down in (1 - down_px, down_px) for across in (1 - across_px, across_px)]
-        rows = np.tile(np.arange(x.size), 4)
+        """Give the sparse matrix, ``(rows n, n width width)``, that takes ``maps.ravel()`` to ``values``."""
+        cells, first = self._cells(places_px), np.arange(len(self.patterns)) * self.width**2
+        along_y = ((cells.y, 1 - cells.part_y), (cells.far_y, cells.part_y))
+        along_x = ((cells.x, 1 - cells.part_x), (cells.far_x, cells.part_x))
+        columns = [first + y * self.width + x for y, _ in along_y for x, _ in along_x]
+        weights = [weight_y * weight_x for _, weight_y in along_y for _, weight_x in along_x]
+        rows = np.tile(np.arange(cells.x.size), len(weights))
         entries = np.stack(weights).astype(np.float32).ravel(), (rows, np.stack(columns).ravel())
-        return csr_array(entries, shape=(x.size, len(self.patterns) * self.width**2))
+        return csr_array(entries, shape=(cells.x.size, len(self.patterns) * self.width**2))
 
-    def _cells(self, places_px: Floats) -> tuple[Pair, Pair, tuple[Floats, Floats]]:
-        """Column and row of each place in the maps, those after, and the parts of a pixel between."""
+    def _cells(self, places_px: Floats) -> _Cells:
+        """Find where displacements, ``(..., 2)``, lie in the maps."""
         size = self.patterns.shape[-1]
-        places = np.clip(places_px, -size, size - 1e-6)  # farther away there is nothing left to see
+        places = np.clip(places_px, -size, size - 1e-6)  # from there on the object is outside the field
         whole = np.floor(places).astype(np.int64)
         part = places - whole
-        here, after = whole % self.width, (whole + 1) % self.width
-        return (here[..., 0], here[..., 1]), (after[..., 0], after[..., 1]), (part[..., 0], part[..., 1])
+        near, far = whole % self.width, (whole + 1) % self.width
+        return _Cells(near[..., 0], near[..., 1], far[..., 0], far[..., 1], part[..., 0], part[..., 1])

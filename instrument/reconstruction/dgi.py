@@ -1,4 +1,4 @@
-"""Differential ghost imaging: a quick image without a solver."""
+"""Differential ghost imaging, which gives an image without a solver."""
 
 import numpy as np
 
@@ -10,12 +10,12 @@ def ghost_image(operator: Operator, values: Singles, pattern_sum: Singles) -> Si
     """Correlate values with patterns: G(x) = <B P(x)> - (<B> / <R>) <R P(x)>.
 
     Args:
-        operator: rows P, as the object saw them: shifted by its displacement.
-        values: ``(rows,)`` B.
-        pattern_sum: ``(rows,)`` R, the light of each pattern without an object.
+        operator: patterns P as rows, each shifted by the displacement of the object.
+        values: ``(rows,)`` values B.
+        pattern_sum: ``(rows,)`` light R of each pattern without an object.
 
     Returns:
-        ``(height, width)``, in units of B times P: no scale of its own.
+        The image G, ``(height, width)``, in units of B times P. It has no absolute scale.
 
     References:
         F. Ferri et al., Phys. Rev. Lett. 104 (2010) 253603, equation 8.

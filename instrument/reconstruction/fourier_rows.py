@@ -1,9 +1,9 @@
 """The four Fourier values as rows of the measurement.
 
-What the grey fringes see of an object is known to great precision, each fringe being shown in every frame, and says next to
-nothing of its shape. It would make the system so ill-conditioned that no first-order solver moves. So values and rows are freed
-of all that goes as a constant, a cosine and a sine of the object's phase; what is left is what the dithering of the fringes sees:
-a fixed binary noise, drawn across the object by its own motion.
+The values of grey fringes are known precisely, as each fringe is shown in every frame, but say next to nothing of the object's
+shape. As rows they would make the system so ill-conditioned that a first-order solver could not converge. Values and rows are
+therefore projected on the complement of the constant, the cosine and the sine of the object's phase. What remains stems from the
+dithering of the fringes: a fixed binary noise that the object's own motion carries across it.
 """
 
 from collections.abc import Sequence
@@ -18,29 +18,29 @@ from protocols import Floats, Singles
 
 @dataclass(frozen=True, eq=False)
 class FourierRows:
-    """Rows of fixed patterns at many places, whitened; see the module."""
+    """Whitened rows of n fixed patterns at many displacements, without what grey fringes would give; see the module."""
 
     fixed: FixedPatterns
-    """The patterns, ``n`` of them."""
+    """The n patterns."""
 
     sampling: csr_array
-    """``(frames n, n width width)``: reads their maps, over the noise."""
+    """``(frames n, n width width)``: matrix that takes correlation maps to values over their noise."""
 
     grey: Singles
-    """``(n, frames, 3)``: orthonormal series that are taken off."""
+    """``(n, frames, 3)``: orthonormal series of each pattern that are projected out."""
 
     @classmethod
     def of(
         cls, fixed: FixedPatterns, places_px: Floats, sigma: Floats, frequency_per_px: float, axes: Sequence[int]
     ) -> "FourierRows":
-        """Prepare.
+        """Prepare the rows of a run.
 
         Args:
-            fixed: n fringes.
-            places_px: ``(frames, n, 2)`` x, y: of the object during each.
-            sigma: ``(frames, n)``: noise of the values.
-            frequency_per_px: of the fringes.
-            axes: along which axis each fringe varies: 0 for x, 1 for y.
+            fixed: the n fringes.
+            places_px: ``(frames, n, 2)`` displacement (x, y) of the object during each fringe.
+            sigma: ``(frames, n)`` standard deviation of each value.
+            frequency_per_px: spatial frequency of the fringes, in periods per px.
+            axes: axis along which each fringe varies, 0 for x and 1 for y.
         """
         along = np.stack([places_px[:, column, axis] for column, axis in enumerate(axes)])
         angle = 2 * np.pi * frequency_per_px * along
@@ -51,27 +51,27 @@ class FourierRows:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Rows and pixels."""
+        """Number of rows and of pixels."""
         height, width = self.image_shape
         return self.sampling.shape[0], height * width
 
     @property
     def image_shape(self) -> tuple[int, int]:
-        """Height and width of the unknown image."""
+        """Height and width of the unknown image, in pixels."""
         return self.fixed.region.shape
 
     def matvec(self, image: Singles) -> Singles:
-        """Values of an image: ``(pixels,)`` to ``(rows,)``."""
+        """Give the values of an image: ``(pixels,)`` to ``(rows,)``."""
         return self.dithering(self.sampling @ self.fixed.maps(image.reshape(self.image_shape)).ravel())
 
     def rmatvec(self, values: Singles) -> Singles:
-        """The transpose: ``(rows,)`` to ``(pixels,)``."""
+        """Apply the transpose: ``(rows,)`` to ``(pixels,)``."""
         width = self.fixed.width
         maps: Singles = (self.sampling.T @ self.dithering(values)).astype(np.float32).reshape(-1, width, width)
         return self.fixed.image(maps).ravel()
 
     def dithering(self, values: Singles) -> Singles:
-        """Free ``(rows,)`` whitened values, frame by frame, of what the grey fringes see."""
+        """Project ``(rows,)`` whitened values, frame by frame, on what the dithering contributes."""
         series = values.reshape(-1, len(self.grey)).T[..., None]
         left = series - self.grey @ (self.grey.swapaxes(1, 2) @ series)
         return left[..., 0].T.ravel().astype(np.float32, copy=False)

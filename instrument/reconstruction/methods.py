@@ -1,4 +1,4 @@
-"""How an image can be made: one solver a name, all with the same contract."""
+"""The methods that make an image, each a solver under a name, all with the same contract."""
 
 from dataclasses import dataclass
 from typing import Final, Protocol
@@ -7,7 +7,7 @@ import numpy as np
 
 from instrument.choices import Method
 from instrument.numerics import total_variation, tv_augmented_lagrangian
-from instrument.reconstruction.conventional import inverse_walsh
+from instrument.reconstruction.conventional import inverse_hadamard
 from instrument.reconstruction.dgi import ghost_image
 from instrument.reconstruction.problem import Problem
 from instrument.reconstruction.region import Region
@@ -17,41 +17,41 @@ from protocols import Floats, InputError, Singles
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """What a solver found."""
+    """The image that a solver found."""
 
     image: Floats | Singles
-    """``(height, width)`` of ``region``, in value units for one pixel and one pattern."""
+    """``(height, width)`` pixels of ``region``, in units of the values for one pixel and one pattern."""
 
     region: Region
-    """Which pixels these are."""
+    """Pixels of the field that ``image`` covers."""
 
     misfit: float = float("nan")
-    """Root mean square of what the image leaves unexplained, over the noise; NaN where the solver does not tell."""
+    """Root mean square of what the image leaves unexplained, over the noise; NaN where the solver does not compute it."""
 
     iterations: int = 0
-    """Iterations of the solver; 0 where it has none."""
+    """Number of iterations of the solver; 0 where it has none."""
 
 
 class Solver(Protocol):
     """Finds the image of a problem."""
 
     def __call__(self, problem: Problem, strength: float) -> Solution:
-        """Solve, with a smoothing of this strength where the solver smooths."""
+        """Solve with this strength of smoothing, which a solver that does not smooth ignores."""
         ...
 
 
 @dataclass(frozen=True)
 class ImageMethod:
-    """One way to make an image."""
+    """A method to make an image."""
 
     summary: str
-    """One line for people."""
+    """One line that describes it to people."""
 
     solve: Solver
-    """Makes the image."""
+    """Solver that makes the image."""
 
     strength: float | None = None
-    """Usual strength of the smoothing in units of the noise; None for a method that has none."""
+    """Usual strength of the smoothing in units of the noise; None where the method has none."""
 
 
 def _tv(problem: Problem, strength: float) -> Solution:
@@ -73,14 +73,14 @@ def _tv_bregman(problem: Problem, strength: float) -> Solution:
 
 
 def _tv_al(problem: Problem, strength: float) -> Solution:
-    del strength  # its weight is set against the largest eigenvalue, not against the noise
+    del strength  # TVAL3 weights the values against the largest eigenvalue and not against the noise
     rows, values = problem.hadamard()
     state = tv_augmented_lagrangian(rows, values)
     return Solution(state.image, problem.region, state.misfit, state.iterations)
 
 
 def _dgi(problem: Problem, strength: float) -> Solution:
-    """Differential ghost image of both patterns of each pair, with the gain that explains the differences best."""
+    """Sum the differential ghost images of H+ and of H-, with the gain that explains the differences best."""
     del strength
     pairs, size, area = problem.values.pairs, problem.values.size, problem.region
     image = np.zeros(area.shape)
@@ -101,7 +101,7 @@ def _dgi(problem: Problem, strength: float) -> Solution:
 def _conventional(problem: Problem, strength: float) -> Solution:
     del strength
     values = problem.values
-    return Solution(inverse_walsh(values.difference, values.pairs, values.size), Region.whole(values.size))
+    return Solution(inverse_hadamard(values.difference, values.pairs, values.size), Region.whole(values.size))
 
 
 METHODS: Final[dict[Method, ImageMethod]] = {

@@ -1,4 +1,4 @@
-"""What a solver is given: values, where the object was when each was measured, and which pixels are unknown."""
+"""The problem that a solver is given: values, displacement of the object during each, and unknown pixels."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -18,66 +18,66 @@ from protocols import Floats, InputError, Singles
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """Displacement of the object, x and y in px, while the patterns of each valid frame were shown."""
+    """Displacement of the object, x and y in px, during the patterns of each valid frame."""
 
     positive: Floats
-    """``(rows, 2)``: during H+."""
+    """``(rows, 2)``: displacement during H+."""
 
     negative: Floats
-    """``(rows, 2)``: during H-."""
+    """``(rows, 2)``: displacement during H-."""
 
     fixed: Floats
     """``(rows, k, 2)``: during each pattern that measures position."""
 
     @classmethod
-    def on(cls, trajectory: Trajectory, values: ImageValues) -> Self:
+    def along(cls, trajectory: Trajectory, values: ImageValues) -> Self:
         """Read a trajectory at the times of the patterns."""
         place_px = trajectory.at(values.time_s)
         return cls(place_px[:, 0], place_px[:, 1], place_px[:, 2:])
 
     @property
     def every_px(self) -> Floats:
-        """``(n, 2)``: all of them."""
+        """``(n, 2)``: all displacements."""
         return np.concatenate([self.positive, self.negative, self.fixed.reshape(-1, 2)])
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """One image to be found."""
+    """The problem of finding one image."""
 
     scheme: Scheme
-    """What was shown."""
+    """Scheme of the patterns shown."""
 
     values: ImageValues
-    """What was measured."""
+    """Values measured."""
 
     places: Places
-    """Where the object was."""
+    """Displacement of the object."""
 
     region: Region
-    """Pixels that are unknown; the image is 0 elsewhere."""
+    """Unknown pixels; the image is 0 elsewhere."""
 
     @classmethod
     def of(cls, measurement: Measurement, values: ImageValues, trajectory: Trajectory, *, inside: bool) -> Self:
         """State the problem of a run.
 
         Args:
-            measurement: of the run.
-            values: its image values.
-            trajectory: of the object.
+            measurement: measurement of the run.
+            values: image values of the run.
+            trajectory: displacement of the object.
             inside: whether the object stays inside the field in every frame, so that only pixels which it can occupy are
                 unknown.
 
         Raises:
-            InputError: a distance too long for the field.
+            InputError: the displacements leave no room for an object in the field.
         """
-        places = Places.on(trajectory, values)
+        places = Places.along(trajectory, values)
         region = Region.inside(places.every_px, values.size) if inside else Region.whole(values.size)
         return cls(measurement.scheme, values, places, region)
 
     def moved(self, trajectory: Trajectory) -> "Problem":
         """State the same problem for another trajectory."""
-        return Problem(self.scheme, self.values, Places.on(trajectory, self.values), self.region)
+        return Problem(self.scheme, self.values, Places.along(trajectory, self.values), self.region)
 
     def hadamard(self) -> tuple[Weighted, Singles]:
         """Give whitened rows of the differences I_H+ - I_H-, and the whitened differences, ``(rows,)``."""
@@ -92,7 +92,7 @@ class Problem:
         """Give whitened rows of the differences and of the Fourier values' dithering, and their whitened values.
 
         Raises:
-            InputError: a scheme without Fourier patterns.
+            InputError: the scheme has no Fourier patterns.
         """
         if not any(column.role == "fourier" for column in self.scheme.columns):
             raise InputError(

@@ -1,4 +1,4 @@
-"""From a recording and the object's motion to its sharp image."""
+"""Reconstruction of the sharp image from a recording and the object's motion."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -19,14 +19,14 @@ from protocols import Floats, InputError
 
 @dataclass(frozen=True, eq=False)
 class Reconstruction:
-    """The image of the object where it was in frame 0. As an array it is ``image``."""
+    """The image of the object at its position in frame 0. ``numpy.asarray`` gives ``image``."""
 
     image: Floats
-    """``(image_size, image_size)``, row = y (down), column = x. Transmission 0 to 1 where values count lit pixels; of a photon
-    counter, which has no absolute scale, the brightest pixel is 1."""
+    """``(image_size, image_size)``, row = y (down), column = x. Transmission 0 to 1 where values count lit pixels. Photon
+    counts have no absolute scale: there the brightest pixel is 1."""
 
     method: str
-    """How it was made."""
+    """Name of the method that made it."""
 
     gain: float
     """Value units (photons) for one pixel of ``image`` = 1 and one pattern; 1 where the image is on the values' own scale."""
@@ -35,21 +35,21 @@ class Reconstruction:
     """Standard deviation of a single value, rms over frames, in its own units."""
 
     misfit: float
-    """RMS of what the image leaves unexplained, over the noise: about 1 where motion and image are right."""
+    """Root mean square of what the image leaves unexplained, over the noise: about 1 where motion and image are right."""
 
     iterations: int
-    """Of the solver; 0 where there is none."""
+    """Number of iterations of the solver; 0 where it has none."""
 
     region: Region
-    """Where the image may differ from 0."""
+    """Pixels where the image may differ from 0."""
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:  # noqa: FBT001  (numpy's own signature)
-        """Give ``image``, as numpy asks for it."""
+        """Give ``image`` to numpy."""
         return np.array(self.image, dtype=dtype, copy=copy)
 
     @classmethod
     def of(cls, problem: Problem, solution: Solution, method: str) -> "Reconstruction":
-        """Put what a solver found on the whole field and on its scale."""
+        """Place the solution in the whole field, and scale it."""
         values = problem.values
         image = solution.region.paste(solution.image.astype(np.float64), values.size)
         gain = float(image.max()) if values.photon_counts and image.max() > 0 else 1.0
@@ -68,20 +68,21 @@ def reconstruct(
     """Reconstruct the image at frame 0.
 
     Args:
-        recording: of a scheme with an image. Frames that are not valid are left out.
+        recording: recording of a scheme with an image. Frames that are not valid are left out.
         motion: what ``track`` gave, or ``(frames, 2)`` displacements (x, y) in px in the middle of each frame, or None for an
             object at rest.
-        method: ``tv``, least total variation with found edges freed; ``tv-fourier``, of the Fourier values too: their dithering
-            sees the shape, which helps where the noise is weak, at three times the time; ``tv-bregman``, with a Bregman step
-            instead of edges freed; ``tv-al``, TVAL3's model with its default weights, for comparison; ``dgi``, differential
-            ghost imaging; ``conventional``, the inverse Hadamard transform, which ignores the motion.
-        region: whether the object stays inside the field in every frame. Then only pixels it can occupy are solved for, and
-            values are divided by the smoothed total light. Without it all pixels are, and the light is taken as steady.
-        strength: of the smoothing, in units of the noise; None takes the method's usual one.
+        method: ``tv`` is least total variation with the edges found reweighted. ``tv-fourier`` uses the Fourier values too, whose
+            dithering depends on the object's shape: it helps where the noise is weak, and takes three times as long.
+            ``tv-bregman`` takes a Bregman step instead of reweighting. ``tv-al`` is TVAL3's model with its default weights, for
+            comparison. ``dgi`` is differential ghost imaging. ``conventional`` is the inverse Hadamard transform, which ignores
+            the motion. ``docs/decisions/0008-edge-reweighted-tv.md`` compares them.
+        region: whether the object stays inside the field in every frame. If so, only pixels that it can occupy are solved for,
+            and values are divided by the smoothed total light. If not, all pixels are, and the light is taken as steady.
+        strength: strength of the smoothing in units of the noise; None takes the method's usual one.
 
     Raises:
-        InputError: no valid frame, displacements of another shape, a distance too long for the field, an unknown method, or a
-            strength for a method that has none.
+        InputError: there is no valid frame, the displacements have another shape or leave no room for an object in the field,
+            the method is unknown, or a strength is given for a method that has none.
     """
     chosen = method_of(method)
     if strength is not None and chosen.strength is None:

@@ -15,27 +15,34 @@ class Region:
     """A rectangle of whole image pixels."""
 
     top: int
+    """First row."""
+
     left: int
+    """First column."""
+
     height: int
+    """Number of rows."""
+
     width: int
+    """Number of columns."""
 
     @classmethod
     def whole(cls, size: int) -> Self:
-        """The whole field of ``size`` pixels a side."""
+        """Give the whole field of ``size`` pixels a side."""
         return cls(0, 0, size, size)
 
     @classmethod
     def inside(cls, displacement_px: Floats, size: int) -> Self:
-        """Where an object lies in frame 0 that every displacement leaves inside the field.
+        """Give the pixels of an object, at its position in frame 0, that every displacement leaves inside the field.
 
-        Along each axis that is from max(0, -min d) to size - max(0, max d), widened to whole pixels.
+        Along each axis they reach from max(0, -min d) to size - max(0, max d), widened to whole pixels.
 
         Args:
-            displacement_px: ``(n, 2)`` x, y relative to frame 0.
+            displacement_px: ``(n, 2)`` displacements (x, y) relative to frame 0.
             size: pixels a side of the field.
 
         Raises:
-            InputError: so long a distance leaves no room for an object.
+            InputError: the displacements leave no room for an object.
         """
         low = np.maximum(0.0, -displacement_px.min(axis=0))
         high = size - np.maximum(0.0, displacement_px.max(axis=0))
@@ -51,15 +58,15 @@ class Region:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Height and width."""
+        """Height and width, in pixels."""
         return self.height, self.width
 
     def room(self, size: int) -> tuple[int, int]:
-        """Pixels of a field of ``size`` a side right of this region, and below it."""
+        """Give the numbers of pixels to the right of this region and below it, in a field of ``size`` pixels a side."""
         return size - self.left - self.width, size - self.top - self.height
 
     def paste(self, part: Floats, size: int) -> Floats:
-        """Give ``(size, size)`` of zeros with ``part`` where this region lies."""
+        """Give an image ``(size, size)`` of zeros with ``part``, ``(height, width)``, at this region."""
         image = np.zeros((size, size))
         image[self.top : self.top + self.height, self.left : self.left + self.width] = part
         return image

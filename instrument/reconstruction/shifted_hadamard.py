@@ -1,12 +1,12 @@
-r"""The measurement matrix of a moved object, never built.
+r"""The measurement matrix of a moved object, which is never built.
 
-A pattern seen by an object that moved by d is the pattern moved by -d over the object at rest. A Hadamard pattern is the
-outer product of two Walsh rows, and so is a shifted one: row k of the matrix is the outer product of two shifted Walsh rows
-L_y[k], L_x[k], and the matrix is their row-wise Khatri-Rao product,
+A pattern P seen by an object that moved by d is the pattern u -> P(u + d) on the object at rest. A Hadamard pattern is the outer
+product of two Walsh rows, and so is a shifted one: row k of the matrix is the outer product of two shifted Walsh rows Y[k] (down)
+and X[k] (across). The matrix A is their row-wise Khatri-Rao product, so that for an image U and values v
 
-    A x = rowsum((L_y X) * L_x),    A' v = L_y' diag(v) L_x,
+    A U = rowsum((Y U) * X),    A' v = Y' diag(v) X.
 
-of which one factor is applied through its few sign changes.
+Of each pattern's two Walsh rows, the one with fewer sign changes is applied through these (``RowProducts``).
 
 References:
     C. G. Khatri, C. R. Rao, "Solutions to some functional equations and their applications to characterization of
@@ -18,83 +18,115 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from instrument.numerics import RowProducts
 from instrument.reconstruction.region import Region
 from instrument.reconstruction.walsh_rows import walsh_changes, walsh_rows
-from protocols import Floats, Integers, Singles
+from protocols import Floats, Integers, Mask, Singles
 
 _SAME_PLACE_PX = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class ShiftedHadamard:
-    """Rows that are weighted sums of shifted patterns: one where both of a pair stand at the same place, else more."""
+class _Factor:
+    """Shifted Walsh rows along one axis of the image, one for each pattern."""
 
-    scales: Singles
-    """``(terms,)``: weight of each row's first, second, ... pattern."""
+    size: int
+    """Pixels a side of the field."""
+
+    walsh: Integers
+    """``(patterns,)``: index of the Walsh row, which is its number of sign changes."""
+
+    place_px: Floats
+    """``(patterns,)``: displacement along the axis."""
+
+    first_px: int
+    """First pixel of the region along the axis."""
+
+    count: int
+    """Number of pixels of the region along the axis."""
+
+    def only(self, chosen: Mask) -> "_Factor":
+        """Give the rows of the chosen patterns."""
+        return _Factor(self.size, self.walsh[chosen], self.place_px[chosen], self.first_px, self.count)
+
+    def times(self, many: "_Factor") -> RowProducts:
+        """Prepare the products of patterns whose other factor, ``many``, has at least as many sign changes."""
+        few = walsh_changes(self.size, self.walsh, self.place_px, self.first_px, self.count)
+        return RowProducts.of(few, walsh_rows(many.size, many.walsh, many.place_px, many.first_px, many.count))
+
+
+@dataclass(frozen=True, eq=False)
+class ShiftedHadamard:
+    """Rows that are weighted sums of shifted Hadamard patterns, all with the same number of terms.
+
+    All patterns together stand in the order (terms, rows): the first term of every row, then the second of every row, and so on.
+    """
+
+    coefficients: Singles
+    """``(terms,)``: weight of each term."""
 
     rows: int
-    """Rows of the matrix."""
+    """Number of rows of the matrix."""
 
     region: Region
-    """Pixels that the image has."""
+    """Pixels of the image."""
 
-    _down: RowProducts
-    """Patterns that change sign less often down than across."""
+    _few_down: RowProducts
+    """Patterns with at most as many sign changes down as across."""
 
-    _across: RowProducts
-    """The others, for the transposed image."""
+    _few_across: RowProducts
+    """The other patterns, for the transposed image."""
 
-    _is_down: NDArray[np.bool_]
-    """``(terms * rows,)``: to which of both a pattern belongs."""
+    _is_few_down: Mask
+    """``(terms * rows,)``: which of both a pattern belongs to."""
 
     @classmethod
     def of(
-        cls, scales: Sequence[float], pairs: Integers, places_px: Floats, size: int, region: Region | None = None
+        cls, coefficients: Sequence[float], pairs: Integers, places_px: Floats, size: int, region: Region | None = None
     ) -> Self:
-        """Rows that are sums of ``scales`` times H(x + d), zero outside the field.
+        """Prepare rows that are the sum over terms of coefficient times H(u + d); H is 0 outside the field.
 
         Args:
-            scales: of each term.
-            pairs: ``(terms, rows, 2)`` Walsh rows (c_i down, c_j across), as from ``hadamard_order``.
-            places_px: ``(terms, rows, 2)`` x, y of the object.
+            coefficients: ``(terms,)``.
+            pairs: ``(terms, rows, 2)`` Walsh rows (c_i down, c_j across) of each H, as from ``hadamard_order``.
+            places_px: ``(terms, rows, 2)`` displacement d of the object, x and y.
             size: pixels a side of the field.
             region: pixels of the image at rest that are unknown; None for the whole field.
         """
         region = region or Region.whole(size)
         pairs, places_px = pairs.reshape(-1, 2), places_px.reshape(-1, 2)
-        is_down = pairs[:, 0] <= pairs[:, 1]
-        (i, j), (x, y) = pairs[is_down].T, places_px[is_down].T
-        down = RowProducts.of(
-            walsh_changes(size, i, y, region.top, region.height), walsh_rows(size, j, x, region.left, region.width)
+        down = _Factor(size, pairs[:, 0], places_px[:, 1], region.top, region.height)
+        across = _Factor(size, pairs[:, 1], places_px[:, 0], region.left, region.width)
+        few_down = down.walsh <= across.walsh
+        return cls(
+            coefficients=np.array(coefficients, np.float32),
+            rows=len(pairs) // len(coefficients),
+            region=region,
+            _few_down=down.only(few_down).times(across.only(few_down)),
+            _few_across=across.only(~few_down).times(down.only(~few_down)),
+            _is_few_down=few_down,
         )
-        (i, j), (x, y) = pairs[~is_down].T, places_px[~is_down].T
-        across = RowProducts.of(
-            walsh_changes(size, j, x, region.left, region.width), walsh_rows(size, i, y, region.top, region.height)
-        )
-        return cls(np.array(scales, np.float32), len(pairs) // len(scales), region, down, across, is_down)
 
     @classmethod
     def single(cls, pairs: Integers, displacement_px: Floats, size: int, region: Region | None = None) -> Self:
-        """Rows H_k(x + d_k): ``of`` with one term, ``(rows, 2)`` pairs and displacements."""
+        """Prepare rows H_k(u + d_k): ``of`` with one term, and ``(rows, 2)`` pairs and displacements."""
         return cls.of([1.0], pairs, displacement_px, size, region)
 
     @classmethod
     def differential(
         cls, pairs: Integers, positive_px: Floats, negative_px: Floats, size: int, region: Region | None = None
     ) -> Self:
-        """Rows of the value I_H+ - I_H-, each pattern at its own place of the object.
+        """Prepare rows of the value I_H+ - I_H-, each pattern at its own displacement of the object.
 
         H+ = (1 + H)/2 at d+ and H- = (1 - H)/2 at d- give (H(d+) + H(d-))/2 + (1(d+) - 1(d-))/2, where 1(d) is the field
         itself, shifted: the change of total light of an object that crosses the field's edge. That part is left out where
-        a ``region`` keeps the object inside. Where d+ and d- are nowhere more than 0.05 px apart their mean stands for both.
+        a ``region`` keeps the object inside. Where d+ and d- are nowhere more than 0.05 px apart, their mean stands for both.
 
         Args:
             pairs: ``(rows, 2)`` Walsh rows.
-            positive_px: ``(rows, 2)`` displacement while H+ is shown.
-            negative_px: ``(rows, 2)`` displacement while H- is shown.
+            positive_px: ``(rows, 2)`` displacement while H+ is shown, x and y.
+            negative_px: ``(rows, 2)`` displacement while H- is shown, x and y.
             size: pixels a side of the field.
             region: as in ``of``.
         """
@@ -109,31 +141,31 @@ class ShiftedHadamard:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Rows and pixels."""
+        """Number of rows and of pixels."""
         return self.rows, self.region.height * self.region.width
 
     @property
     def image_shape(self) -> tuple[int, int]:
-        """Height and width of the unknown image."""
+        """Height and width of the unknown image, in pixels."""
         return self.region.shape
 
     @property
     def nbytes(self) -> int:
-        """Memory of the operator."""
-        return self._down.nbytes + self._across.nbytes + self._is_down.nbytes
+        """Memory of the operator, in bytes."""
+        return self._few_down.nbytes + self._few_across.nbytes + self._is_few_down.nbytes
 
     def matvec(self, image: Singles) -> Singles:
-        """Values of an image: ``(pixels,)`` to ``(rows,)``."""
+        """Give the values of an image: ``(pixels,)`` to ``(rows,)``."""
         image = image.reshape(self.image_shape)
-        values = np.empty(len(self._is_down), np.float32)
-        values[self._is_down] = self._down.forward(image)
-        values[~self._is_down] = self._across.forward(image.T)
-        return self.scales @ values.reshape(len(self.scales), self.rows)
+        values = np.empty(len(self._is_few_down), np.float32)
+        values[self._is_few_down] = self._few_down.forward(image)
+        values[~self._is_few_down] = self._few_across.forward(image.T)
+        return self.coefficients @ values.reshape(len(self.coefficients), self.rows)
 
     def rmatvec(self, values: Singles) -> Singles:
-        """The transpose: ``(rows,)`` to ``(pixels,)``."""
-        scaled = np.outer(self.scales, values).ravel()
+        """Apply the transpose: ``(rows,)`` to ``(pixels,)``."""
+        terms = np.outer(self.coefficients, values).ravel()
         height, width = self.image_shape
-        image: Singles = self._down.backward(scaled[self._is_down], width)
-        image = image + self._across.backward(scaled[~self._is_down], height).T
+        image: Singles = self._few_down.backward(terms[self._is_few_down], width)
+        image = image + self._few_across.backward(terms[~self._is_few_down], height).T
         return image.ravel()

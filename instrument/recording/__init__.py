@@ -1,4 +1,4 @@
-"""A recording as a value: what was measured, when, and which frames to trust."""
+"""A recording as a value: what was measured, when, and which frames are valid."""
 
 from instrument.recording.recording import Recording
 from instrument.recording.timing import TimingReport

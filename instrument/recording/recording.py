@@ -1,4 +1,4 @@
-"""A recording as analysis sees it: values, when they were measured, which frames to trust. No file, no device."""
+"""A recording as analysis sees it, without file or device: values, their times, and which frames are valid."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -52,7 +52,7 @@ class Recording:
     """The file it came from."""
 
     def __len__(self) -> int:
-        """Frames recorded."""
+        """Give the number of frames recorded."""
         return len(self.values)
 
     @property
@@ -68,7 +68,7 @@ class Recording:
         return (index + 0.5) * self.picture_time_s
 
     def first(self, frames: int) -> Self:
-        """The same run, ended after so many frames."""
+        """Give the same run, ended after so many frames."""
         truth = self.truth
         if truth is not None:
             truth = Truth(displacement_px=truth.displacement_px[:frames], image=truth.image)
@@ -82,7 +82,7 @@ class Recording:
         )
 
     def minus(self, background: "Recording") -> Self:
-        """The same run and, to be taken off, a stationary background recorded with the same patterns and no object.
+        """Give the same run with a stationary background to be subtracted, recorded with the same patterns and no object.
 
         The values stay as they were counted: dead time bends both, so the light of each is found first, then subtracted.
 

@@ -1,4 +1,4 @@
-"""From values to displacement: frame by frame as the paper does, smoothed over the whole run, or while the run goes on."""
+"""Displacement from values: frame by frame as in the paper, smoothed over the whole run, or while the run goes on."""
 
 from instrument.choices import TrackingMethod
 from instrument.tracking.streaming import StreamingTracker

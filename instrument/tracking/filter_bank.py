@@ -1,127 +1,169 @@
-"""A causal filter that follows slow motion calmly and fast motion nimbly: the judging half of the streaming tracker.
+"""A causal filter that adapts its memory to the motion: the second half of the streaming tracker.
 
-Each axis goes through a few fading-memory parabolas (constant acceleration), from nimble to calm. The answer is the mean of
-theirs, weighted by each one's unbiased risk of late: mean squared residual + 2 * noise variance * gain. Where frame 0 was is
-found by plain parabolas through the first frames.
+Each axis goes through several fading-memory parabolas (constant acceleration) with memories from short to long. The answer is the
+mean of their predictions, weighted by each filter's unbiased risk over the last frames: mean squared residual
++ 2 * noise variance * leverage of the newest datum. The position of frame 0 is found by parabolas with equal weights through the
+first frames.
 
 References:
-    Stein, Annals of Statistics 9 (1981) 1135-1151: unbiased risk.
+    C. M. Stein, Annals of Statistics 9 (1981) 1135-1151: unbiased risk.
 """
+
+from typing import Final
 
 import numpy as np
 
-from instrument.numerics import add, compiled, grow_older, solve
+from instrument.numerics import add, age, compiled, inlined, solve
 from protocols import Floats, Integers
 
-_MEMORIES_FRAMES = np.array([1.5, 4.0, 14.0, 50.0])
-# Frames over which the end of a plain parabola is as sure as that of the fading one.
-_START_FRAMES = np.round(4.4 * _MEMORIES_FRAMES)
-_JUDGED_FRAMES = 60.0  # over which a filter is judged
-_JUDGED_KEPT = 1 - 1 / _JUDGED_FRAMES
-_TINY = 1e-12
+_MEMORIES_FRAMES: Final = np.array([1.5, 4.0, 14.0, 50.0])
+"""Memory of each filter."""
+
+_START_FRAMES: Final = np.round(4.4 * _MEMORIES_FRAMES)
+"""Frames at whose end a parabola with equal weights is as certain as the fading one of the same filter."""
+
+_RISK_FRAMES: Final = 60.0
+"""Memory of the filters' risks and of the noise."""
+
+_RISK_THETA: Final = 1 - 1 / _RISK_FRAMES
+"""Share of its weight in risk and noise that a frame keeps from one frame to the next."""
+
+_LEAST_VARIANCE_PX2: Final = 1e-12
 
 
 class FilterBank:
     """Takes positions as they come and gives displacements from frame 0."""
 
-    def __init__(self, ahead_frames: tuple[float, float]) -> None:
-        """Prepare; ``ahead_frames`` is, for each axis, how long after its measurement the answer is to hold."""
-        members = len(_MEMORIES_FRAMES)
-        self._ahead_frames = np.array(ahead_frames)
+    def __init__(self, delay_frames: tuple[float, float]) -> None:
+        """Prepare for one run.
+
+        Args:
+            delay_frames: time from the measurement of a position to the time that its displacement is given for, x and y.
+        """
+        filters = len(_MEMORIES_FRAMES)
+        self._delay_frames = np.array(delay_frames)
         self._frames = np.zeros(1, np.int64)
         self._last_px = np.zeros((2, 3))
-        self._noise = np.zeros((2, 2))
-        self._residual_px2 = np.zeros((members, 2))
-        self._start_px = np.zeros((members, 2))
-        self._fading_powers, self._plain_powers = np.zeros((members, 5)), np.zeros((members, 5))
-        self._fading_moments, self._plain_moments = np.zeros((members, 2, 3)), np.zeros((members, 2, 3))
+        self._weight_sum, self._noise_sum_px2 = np.zeros(2), np.zeros(2)
+        self._residual_sum_px2 = np.zeros((filters, 2))
+        self._start_px = np.zeros((filters, 2))
+        self._fading_powers, self._fading_moments = np.zeros((filters, 5)), np.zeros((filters, 2, 3))
+        self._equal_powers, self._equal_moments = np.zeros((filters, 5)), np.zeros((filters, 2, 3))
 
     def push(self, places_px: Floats) -> Floats:
-        """Take the next frames, ``(n, 2)`` x and y, and give their displacements by what was known then, ``(n, 2)``."""
+        """Take the positions of the next frames and give their displacements, each from what is known at its frame.
+
+        Args:
+            places_px: ``(n, 2)`` x and y.
+
+        Returns:
+            ``(n, 2)`` displacements, x and y in px.
+        """
         displacement_px = np.zeros(places_px.shape)
         _filter(
             np.ascontiguousarray(places_px),
-            self._ahead_frames,
+            self._delay_frames,
             self._frames,
-            (self._last_px, self._noise),
-            (self._residual_px2, self._start_px),
-            (self._fading_powers, self._plain_powers),
-            (self._fading_moments, self._plain_moments),
+            self._last_px,
+            self._weight_sum,
+            self._noise_sum_px2,
+            self._residual_sum_px2,
+            self._start_px,
+            self._fading_powers,
+            self._fading_moments,
+            self._equal_powers,
+            self._equal_moments,
             displacement_px,
         )
         return displacement_px
 
 
+@inlined
+def _third_difference(last_px: Floats, place_px: float) -> float:
+    """Give the third difference of the last three positions and a new one, which then replaces the oldest of them."""
+    difference: float = place_px - 3 * last_px[2] + 3 * last_px[1] - last_px[0]
+    last_px[0], last_px[1], last_px[2] = last_px[1], last_px[2], place_px
+    return difference
+
+
+@inlined
+def _at(curve: Floats, time: float) -> float:
+    """Give the value of the parabola a + b u + c u^2 at the time u."""
+    value: float = curve[0] + time * (curve[1] + time * curve[2])
+    return value
+
+
 @compiled(
-    "void(f8[:, ::1], f8[::1], i8[::1], UniTuple(f8[:, ::1], 2), UniTuple(f8[:, ::1], 2), UniTuple(f8[:, ::1], 2),"
-    " UniTuple(f8[:, :, ::1], 2), f8[:, ::1])"
+    "void(f8[:, ::1], f8[::1], i8[::1], f8[:, ::1], f8[::1], f8[::1], f8[:, ::1], f8[:, ::1],"
+    " f8[:, ::1], f8[:, :, ::1], f8[:, ::1], f8[:, :, ::1], f8[:, ::1])"
 )
 def _filter(  # noqa: PLR0917
     places_px: Floats,
-    ahead_frames: Floats,
+    delay_frames: Floats,
     frames: Integers,
-    axis_state: tuple[Floats, Floats],
-    member_state: tuple[Floats, Floats],
-    powers: tuple[Floats, Floats],
-    moments: tuple[Floats, Floats],
+    last_px: Floats,
+    weight_sum: Floats,
+    noise_sum_px2: Floats,
+    residual_sum_px2: Floats,
+    start_px: Floats,
+    fading_powers: Floats,
+    fading_moments: Floats,
+    equal_powers: Floats,
+    equal_moments: Floats,
     displacement_px: Floats,
 ) -> None:
-    """Write the displacement of each frame by what is known at it.
+    """Write the displacement of each frame from what is known at it. All arrays but the first two are updated.
 
     Args:
-        places_px: ``(n, 2)``.
-        ahead_frames: ``(2,)`` as ``FilterBank`` takes them.
-        frames: ``(1,)`` frames so far.
-        axis_state: last three positions of each axis, newest last, ``(2, 3)``; fading sums over the frames of 1, and of the
-            noise variance that each frame shows, both of each axis, ``(2, 2)``.
-        member_state: fading sum of each filter's squared residuals, and position of frame 0 by each filter, ``(members, 2)``.
-        powers: of the fading parabolas, and of the plain ones through the first frames, ``(members, 5)``.
-        moments: likewise, ``(members, 2, 3)``.
+        places_px: ``(n, 2)`` positions.
+        delay_frames: ``(2,)`` as ``FilterBank`` takes it.
+        frames: ``(1,)`` number of frames so far.
+        last_px: ``(2, 3)`` last three positions of each axis, the newest last.
+        weight_sum: ``(2,)`` fading sum of 1 over the frames.
+        noise_sum_px2: ``(2,)`` fading sum of the noise variance that each frame shows.
+        residual_sum_px2: ``(filters, 2)`` fading sum of each filter's squared residuals.
+        start_px: ``(filters, 2)`` position of frame 0 by each filter.
+        fading_powers: ``(filters, 5)`` of the fading parabolas, as in ``numerics.fading``.
+        fading_moments: ``(filters, 2, 3)`` likewise.
+        equal_powers: ``(filters, 5)`` of the parabolas with equal weights through the first frames.
+        equal_moments: ``(filters, 2, 3)`` likewise.
         displacement_px: ``(n, 2)`` of zeros.
     """
-    last_px, noise = axis_state
-    residual_px2, start_px = member_state
-    fading_powers, plain_powers = powers
-    fading_moments, plain_moments = moments
-    curve, answer_px, risk = np.empty((2, 3)), np.empty(start_px.shape), np.empty(start_px.shape)
+    filters = len(start_px)
+    curve, answer_px, risk = np.empty((2, 3)), np.empty((filters, 2)), np.empty((filters, 2))
     for row in range(len(places_px)):
         place_px = places_px[row]
-        # Noise: mean squared third difference, in which motion hardly shows, over 1 + 9 + 9 + 1.
         for axis in range(2):
-            last = last_px[axis]
             if frames[0] == 0:
-                last[:] = place_px[axis]
-            third = place_px[axis] - 3 * last[2] + 3 * last[1] - last[0]
-            last[0], last[1], last[2] = last[1], last[2], place_px[axis]
-            noise[0, axis] = _JUDGED_KEPT * noise[0, axis] + 1
-            noise[1, axis] = _JUDGED_KEPT * noise[1, axis] + third * third / 20
+                last_px[axis] = place_px[axis]
+            # Motion hardly shows in a third difference; noise of variance v gives it the variance (1 + 9 + 9 + 1) v.
+            third = _third_difference(last_px[axis], place_px[axis])
+            weight_sum[axis] = _RISK_THETA * weight_sum[axis] + 1
+            noise_sum_px2[axis] = _RISK_THETA * noise_sum_px2[axis] + third * third / 20
         frames[0] += 1
 
-        for member in range(len(start_px)):
-            memory, ends = _MEMORIES_FRAMES[member], _START_FRAMES[member]
-            if frames[0] <= ends:
-                add(plain_powers[member], plain_moments[member], (frames[0] - 1) / ends, place_px)
-                solve(plain_powers[member], plain_moments[member], frames[0], 1 / ends, curve)
+        for k in range(filters):
+            memory, start = _MEMORIES_FRAMES[k], _START_FRAMES[k]
+            if frames[0] <= start:
+                add(equal_powers[k], equal_moments[k], (frames[0] - 1) / start, place_px)
+                solve(equal_powers[k], equal_moments[k], frames[0], 1 / start, curve)
                 for axis in range(2):
-                    later = ahead_frames[axis] / ends
-                    start_px[member, axis] = curve[axis, 0] + later * (curve[axis, 1] + later * curve[axis, 2])
-            grow_older(fading_powers[member], fading_moments[member], 1 - 1 / memory, 1 / memory)
-            add(fading_powers[member], fading_moments[member], 0.0, place_px)
-            gain = solve(fading_powers[member], fading_moments[member], frames[0], 1 / memory, curve)
+                    start_px[k, axis] = _at(curve[axis], delay_frames[axis] / start)
+            age(fading_powers[k], fading_moments[k], 1 - 1 / memory, 1 / memory)
+            add(fading_powers[k], fading_moments[k], 0.0, place_px)
+            leverage = solve(fading_powers[k], fading_moments[k], frames[0], 1 / memory, curve)
             for axis in range(2):
-                later = -ahead_frames[axis] / memory
-                there = curve[axis, 0] + later * (curve[axis, 1] + later * curve[axis, 2])
-                answer_px[member, axis] = there - start_px[member, axis]
+                answer_px[k, axis] = _at(curve[axis], -delay_frames[axis] / memory) - start_px[k, axis]
                 residual = place_px[axis] - curve[axis, 0]
-                residual_px2[member, axis] = _JUDGED_KEPT * residual_px2[member, axis] + residual * residual
-                variance = noise[1, axis] + _TINY * noise[0, axis]
-                risk[member, axis] = residual_px2[member, axis] / variance + 2 * gain
+                residual_sum_px2[k, axis] = _RISK_THETA * residual_sum_px2[k, axis] + residual * residual
+                variance = noise_sum_px2[axis] + _LEAST_VARIANCE_PX2 * weight_sum[axis]
+                risk[k, axis] = residual_sum_px2[k, axis] / variance + 2 * leverage
 
         for axis in range(2):
             least = risk[:, axis].min()
-            whole = 0.0
-            for member in range(len(start_px)):
-                weight = np.exp(-_JUDGED_FRAMES / 2 * (risk[member, axis] - least))
-                whole += weight
-                displacement_px[row, axis] += weight * answer_px[member, axis]
-            displacement_px[row, axis] /= whole
+            total = 0.0
+            for k in range(filters):
+                weight = np.exp(-_RISK_FRAMES / 2 * (risk[k, axis] - least))
+                total += weight
+                displacement_px[row, axis] += weight * answer_px[k, axis]
+            displacement_px[row, axis] /= total

@@ -1,4 +1,4 @@
-"""The tracker of the paper: each frame's own position.
+"""The tracker of the paper, which gives each frame's own position.
 
 References:
     Li et al., "Single-pixel imaging of a translational object", Opt. Express (2023), equations 6, 8 and 9.
@@ -12,17 +12,17 @@ from protocols import Floats, InputError
 
 
 def track_per_frame(measurement: Measurement, *, reference_frames: int = 1, mean_filter: int = 1) -> Trajectory:
-    """Take the displacement of every frame's signal against the reference, unwrapped from frame to frame.
+    """Give the displacement of every frame's signal from the reference, unwrapped from frame to frame.
 
-    For the Fourier coefficient O~ that is dx = -arg(O~ conj O~_ref) / (2 pi f); for a centroid it is the difference.
+    For the Fourier coefficient O~ it is dx = -arg(O~ conj O~_ref) / (2 pi f); for a centroid it is the difference.
 
     Args:
-        measurement: of a scheme that tracks.
-        reference_frames: how many frames at the start make up the reference: more than 1 where the object rested.
-        mean_filter: how many neighbouring signals are averaged (the paper: 5); odd, 1 for none.
+        measurement: measurement with a scheme that tracks.
+        reference_frames: number of frames at the start whose mean is the reference: more than 1 where the object rested.
+        mean_filter: number of neighbouring signals that are averaged (5 in the paper); odd, 1 for none.
 
     Raises:
-        InputError: no usable frame, none among the reference frames, or a filter of even length.
+        InputError: no frame is usable, none of the reference frames is, or the filter has an even length.
     """
     if mean_filter < 1 or mean_filter % 2 == 0:
         raise InputError(
@@ -50,10 +50,10 @@ def track_per_frame(measurement: Measurement, *, reference_frames: int = 1, mean
     resting = valid[:reference_frames]
     reference = signal[:reference_frames][resting].mean(axis=0)
     index = np.arange(len(valid))
-    turned = reading.displacement_px(signal[valid], reference)
+    wrapped = reading.displacement_px(signal[valid], reference)
     if found.period_px is not None:
-        turned = np.unwrap(turned, axis=0, period=found.period_px)
-    displacement_px: Floats = np.stack([np.interp(index, index[valid], turned[:, axis]) for axis in range(2)], axis=1)
+        wrapped = np.unwrap(wrapped, axis=0, period=found.period_px)
+    displacement_px: Floats = np.stack([np.interp(index, index[valid], wrapped[:, axis]) for axis in range(2)], axis=1)
 
     variance = found.variance_px2(displacement_px + reading.displacement_px(reference, reading.origin))
     from_reference = variance[:reference_frames][resting].mean(axis=0) / max(mean_filter, np.count_nonzero(resting))

@@ -1,4 +1,4 @@
-"""Displacement while the run goes on: causal, in constant memory, the same in any blocks."""
+"""Displacement while the run goes on: causal, in constant memory, and independent of how the stream is cut into blocks."""
 
 import numpy as np
 
@@ -12,40 +12,40 @@ from protocols import Floats, InputError
 class StreamingTracker:
     """Takes values as they come and gives displacements.
 
-    ``push`` takes one frame or many; how the stream is cut makes no difference to the bit. A frame that was not measured (NaN,
-    or no light) counts as a repetition of the one before; frames before the first good one have displacement 0.
+    ``push`` takes one frame or many; the results are the same to the bit. A frame that was not measured (NaN, or no light)
+    counts as a repetition of the one before. Frames before the first good one have the displacement 0.
     """
 
     def __init__(self, plan: Plan, *, total_memory_frames: float = 100.0) -> None:
         """Prepare for one run.
 
         Args:
-            plan: what is shown.
-            total_memory_frames: over how many frames the total light is averaged; 1 for a lamp that flickers faster.
+            plan: plan of the run.
+            total_memory_frames: number of frames over which the total light is averaged; 1 for a lamp that flickers faster.
 
         Raises:
-            InputError: a memory below one frame, or a scheme without position.
+            InputError: the memory is below one frame, or the scheme has no position.
         """
         if total_memory_frames < 1:
             raise InputError(saw=f"a memory of {total_memory_frames:g} frames", expected="1 or more", remedy="take 100")
         scheme = scheme_of(plan)
         self._patterns = len(scheme.columns)
         self._places = PlaceStream(scheme, total_memory_frames)
-        # From the middle of an axis's patterns to the middle of the frame.
-        x_frames, y_frames = (-position_of(scheme).after_middle_frames.mean(axis=1)).tolist()
-        self._bank = FilterBank((x_frames, y_frames))
+        # The displacement is wanted in the middle of the frame, and measured in the middle of an axis's patterns.
+        x_delay_frames, y_delay_frames = (-position_of(scheme).after_middle_frames.mean(axis=1)).tolist()
+        self._bank = FilterBank((x_delay_frames, y_delay_frames))
 
     def push(self, values: Floats) -> Floats:
         """Take the next frames.
 
         Args:
-            values: ``(n, patterns_per_frame)`` in play order; a stationary background is subtracted before.
+            values: ``(n, patterns_per_frame)`` in play order, after subtraction of a stationary background.
 
         Returns:
-            ``(n, 2)``: displacement in px in the middle of each frame, relative to frame 0, by what was known then.
+            ``(n, 2)`` displacement in px, x and y, in the middle of each frame relative to frame 0, from what was known then.
 
         Raises:
-            InputError: values of another shape.
+            InputError: the values have another shape.
         """
         if values.ndim != 2 or values.shape[1] != self._patterns:
             raise InputError(

@@ -1,4 +1,4 @@
-"""The one way from a recording to a trajectory."""
+"""The function that finds a trajectory in a recording."""
 
 from typing import get_args
 
@@ -20,16 +20,16 @@ def track(
 ) -> Trajectory:
     """Find the object's displacement in every frame.
 
-    A stationary background is taken off before: ``track(recording.minus(background))``.
+    A stationary background is subtracted beforehand: ``track(recording.minus(background))``.
 
     Args:
-        recording: of a scheme that tracks.
-        method: ``smooth``, the best use of all frames together; ``per-frame``, the paper's: each frame by itself.
-        reference_frames: ``per-frame`` only: frames at rest at the start that make up the reference; None for 1.
-        mean_filter: ``per-frame`` only: how many neighbouring signals are averaged (the paper: 5); None for 1.
+        recording: recording of a scheme that tracks.
+        method: ``smooth`` fits one path to all frames together; ``per-frame`` takes each frame by itself, as in the paper.
+        reference_frames: for ``per-frame`` only, the number of frames at rest at the start that make the reference; None for 1.
+        mean_filter: for ``per-frame`` only, the number of neighbouring signals that are averaged (5 in the paper); None for 1.
 
     Raises:
-        InputError: no usable frame, a scheme without position, an unknown method, or settings that the method does not have.
+        InputError: no frame is usable, the scheme has no position, the method is unknown, or it does not have these settings.
     """
     given = {"reference_frames": reference_frames, "mean_filter": mean_filter}
     settings = {name: value for name, value in given.items() if value is not None}

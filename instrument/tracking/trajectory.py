@@ -1,4 +1,4 @@
-"""Where the object was, how surely, and at any time."""
+"""The displacement of an object over a run, with its uncertainty, at any time."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -8,52 +8,53 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 from scipy.interpolate import CubicHermiteSpline
 
+from instrument.frame_times import frame_middle_s
 from protocols import Floats, InputError, Mask
 
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """Displacement of every frame. As an array it is ``displacement_px``."""
+    """Displacement of every frame. ``numpy.asarray`` gives ``displacement_px``."""
 
     displacement_px: Floats
     """``(frames, 2)``: x, y in the middle of each frame, relative to frame 0."""
 
     sigma_px: Floats
-    """``(frames, 2)``: one standard deviation of that; 0 at frame 0, infinite where nothing is known."""
+    """``(frames, 2)``: standard deviation of ``displacement_px``; 0 at frame 0, infinite where nothing is known."""
 
     frame_time_s: float
-    """From one frame to the next; frame k's middle is at (k + 1/2) of it, counted from the first edge."""
+    """Time from one frame to the next. The middle of frame k is k + 1/2 of it after the first edge."""
 
     method: str
-    """How it was found: ``per-frame``, ``smooth``, ..."""
+    """Name of the method that found it: ``per-frame``, ``smooth``, ``joint``, ``given`` or ``at rest``."""
 
     valid: Mask
-    """``(frames,)``: whether the frame was measured; the displacement of another frame is interpolated."""
+    """``(frames,)``: whether the frame was measured; the displacement of the others is interpolated."""
 
     def __len__(self) -> int:
-        """Frames."""
+        """Give the number of frames."""
         return len(self.displacement_px)
 
     @property
     def time_s(self) -> Floats:
-        """``(frames,)``: middle of each frame, from the first edge on."""
-        return (np.arange(len(self), dtype=np.float64) + 0.5) * self.frame_time_s
+        """``(frames,)``: time of the middle of each frame after the first edge."""
+        return frame_middle_s(len(self), self.frame_time_s)
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:  # noqa: FBT001  (numpy's own signature)
-        """Give ``displacement_px``, as numpy asks for it."""
+        """Give ``displacement_px`` to numpy."""
         return np.array(self.displacement_px, dtype=dtype, copy=copy)
 
     def at(self, time_s: Floats) -> Floats:
-        """Displacement at any time of the run, such as each pattern's own.
+        """Give the displacement at any time of the run, such as that of each pattern.
 
-        Between the middles of frames it is a cubic with the local velocity (central differences) at both; before the first
-        and after the last middle that velocity goes on.
+        Between the middles of two frames it is a cubic that has the local velocity (central differences) at both. Before the
+        first and after the last middle the velocity is constant.
 
         Args:
-            time_s: ``(...)``: seconds from the first edge on, as ``Recording.pattern_time_s``.
+            time_s: ``(...)`` times after the first edge, as in ``Recording.pattern_time_s``.
 
         Returns:
-            ``(..., 2)``: x, y in px.
+            ``(..., 2)`` x and y in px.
         """
         middle_s = self.time_s
         inside_s = np.clip(time_s, middle_s[0], middle_s[-1])
@@ -67,7 +68,7 @@ class Trajectory:
 
     @cached_property
     def _velocity_px_s(self) -> Floats:
-        """``(frames, 2)``."""
+        """``(frames, 2)``: velocity in the middle of each frame, x and y in px/s."""
         if len(self) == 1:
             return np.zeros((1, 2))
         velocity: Floats = np.gradient(self.displacement_px, self.frame_time_s, axis=0)
@@ -75,15 +76,15 @@ class Trajectory:
 
 
 def as_trajectory(motion: Trajectory | Floats | None, frames: int, frame_time_s: float) -> Trajectory:
-    """Take displacements as they come: a trajectory, ``(frames, 2)`` px in the middle of each frame, or None for rest.
+    """Give displacements as a trajectory.
 
     Args:
-        motion: displacements of one run.
-        frames: of that run.
+        motion: a trajectory, ``(frames, 2)`` displacements in px in the middle of each frame, or None for an object at rest.
+        frames: number of frames of the run.
         frame_time_s: time from one frame to the next.
 
     Raises:
-        InputError: not one finite displacement for each frame.
+        InputError: there is not one finite displacement for each frame.
     """
     if isinstance(motion, Trajectory):
         trajectory = motion

@@ -1,22 +1,22 @@
-"""Positions followed from frame to frame without slips, though each is known only within a period."""
+"""Positions unwrapped from frame to frame, each of which is known only within a period."""
 
 import numpy as np
 
 from instrument.schemes import Observation, Signals
 from protocols import Floats, Mask
 
-_CLEAR = 7.0  # amplitude over noise at which a phase no longer slips, frame after frame
-_WINDOWS = (1, 3, 5, 9, 15, 25)
+_CLEAR = 7.0  # amplitude over noise from which on no frame of a run is unwrapped to a wrong period
+_WINDOWS = (1, 3, 5, 9, 15, 25)  # frames that are averaged
 
 
-def followed_px(observation: Observation) -> Floats:
-    """Follow the position of every frame.
+def unwrapped_px(observation: Observation) -> Floats:
+    """Unwrap the position of every frame.
 
-    Where a single frame is too noisy, the path is first followed on signals averaged over as many frames as make their phase
-    clear, up to 25; each frame's own position is then taken next to that path. A position without a period needs none of this.
+    Where a single frame is too noisy, the path is first unwrapped on signals averaged over as many frames as make their phase
+    clear, up to 25. Each frame's own position is then the one nearest to that path. A position without a period is not unwrapped.
 
     Returns:
-        ``(frames, 2)``: position in px, x and y; frames that are not valid are bridged by lines.
+        ``(frames, 2)`` position in px, x and y, interpolated linearly over frames that are not valid.
     """
     reading, valid = observation.reading, observation.valid
     index = np.arange(len(valid))
@@ -36,7 +36,7 @@ def followed_px(observation: Observation) -> Floats:
 
 
 def _clear_mean(signal: Signals, valid: Mask, deviation: float) -> Signals:
-    """Average over the fewest frames that make phases clear; where none do (fast motion fades the mean), over the best number."""
+    """Average over the fewest frames that make the phase clear; or, where fast motion lets none do so, over the best number."""
     best, clearest = signal, 0.0
     for window in _WINDOWS:
         if window > len(signal) or not np.isfinite(deviation):

@@ -1,5 +1,6 @@
-"""The default tracker: one smooth path through all positions, as smooth as the data say, with its uncertainty."""
+"""The default tracker: a smooth path through all positions, with a smoothness that the data decide, and its uncertainty."""
 
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
@@ -8,28 +9,31 @@ from instrument.measurement import Measurement
 from instrument.numerics import Smooth, smooth
 from instrument.schemes import Observation
 from instrument.tracking.trajectory import Trajectory
-from instrument.tracking.unwrapping import followed_px
+from instrument.tracking.unwrapping import unwrapped_px
 from protocols import Floats, Mask
 
 _Fits: TypeAlias = tuple[Smooth, Smooth]
-_FEWEST = 8
-_BLOCKS = 32  # of a run, to see slow errors in: each a few times longer than dithering keeps its error
-_DITHER_REACH_PX = 1.0  # distance after which the error of the dithered patterns has become another one
+_FEWEST_FRAMES = 8  # below which nothing is smoothed
+_BLOCKS = (
+    32  # blocks of a run in which slow errors are seen, each a few times longer than an error of the dithering lasts
+)
+_DITHER_LENGTH_PX = 1.0  # correlation length of the error of the dithered patterns
 
 
 def track_smooth(measurement: Measurement) -> Trajectory:
     """Fit a smoothing spline of data-driven order and strength to the positions, each value at its own time.
 
-    The positions are compared with those that the path itself predicts for the times of the patterns, and the path is fitted
-    again. The uncertainty adds the spline's posterior variance and the error of the dithered patterns that passes the smoothing,
-    as the signal's amplitude shows it, which has the same noise and no motion in it.
+    The first path predicts the positions at the times of the patterns. The measured positions are corrected by that prediction
+    to the middle of their frame, and the path is fitted again. The variance is the sum of the spline's posterior variance and of
+    the error of the dithered patterns that passes the smoothing. That error is seen in the signal's amplitude, which has the same
+    noise and does not change with motion.
 
     Raises:
-        InputError: no usable frame, or a scheme without position.
+        InputError: no frame is usable, or the scheme has no position.
     """
     found = measurement.observe(steady=True)
-    place_px = followed_px(found)
-    if np.count_nonzero(found.valid) < _FEWEST:
+    place_px = unwrapped_px(found)
+    if np.count_nonzero(found.valid) < _FEWEST_FRAMES:
         variance = found.variance_px2(place_px)
         variance[1:] += variance[0]
         variance[0] = 0.0
@@ -43,22 +47,25 @@ def track_smooth(measurement: Measurement) -> Trajectory:
     amplitude_px = found.amplitude_px(path_px)
     if amplitude_px is not None:
         distance_px: Floats = np.hypot(*(path_px - path_px[0]).T)
-        changed = 1 - np.exp(-((distance_px / _DITHER_REACH_PX) ** 2))
+        changed = 1 - np.exp(-((distance_px / _DITHER_LENGTH_PX) ** 2))
         for axis, fit in enumerate(fits):
-            slow, whole = _dither(amplitude_px[:, axis], found.valid, fit.noise_variance)
-            variance[:, axis] += np.minimum(slow * variance[:, axis], 2 * whole * changed)
+            error = _dither_error(amplitude_px[:, axis], found.valid, fit.noise_variance)
+            variance[:, axis] += np.minimum(error.slow_ratio * variance[:, axis], 2 * error.variance * changed)
     return _trajectory(measurement, path_px, variance, found.valid)
 
 
 def _fitted(found: Observation, place_px: Floats, near_px: Floats) -> _Fits:
-    """Smooth both axes, each frame weighted by the variance that it has if its position is about ``near_px``."""
+    """Smooth both axes, each frame weighted by the inverse of its variance at the position ``near_px``.
+
+    Both arrays are ``(frames, 2)``.
+    """
     variance = found.variance_px2(near_px)
     known = np.isfinite(variance) & (variance > 0)
     weights = np.zeros_like(variance)
     weights[known] = 1 / variance[known]
     if not known.any():
         weights[found.valid] = 1.0
-    x, y = (smooth(place_px[:, axis], weights[:, axis], known=bool(known.any())) for axis in range(2))
+    x, y = (smooth(place_px[:, axis], weights[:, axis], absolute_weights=bool(known.any())) for axis in range(2))
     return x, y
 
 
@@ -71,17 +78,26 @@ def _trajectory(measurement: Measurement, place_px: Floats, variance_px2: Floats
     return Trajectory(displacement_px, np.sqrt(variance_px2), measurement.frame_time_s, "smooth", valid)
 
 
-def _dither(amplitude: Floats, valid: Mask, white: float) -> tuple[float, float]:
-    """Find what the dithered patterns do to the signal beside noise, seen in its amplitude.
+@dataclass(frozen=True)
+class _DitherError:
+    """Error that the dithered patterns add to the noise of a signal."""
 
-    Dithering is a fixed error for each place of the object: it comes and goes with the distance, more slowly than noise.
+    slow_ratio: float
+    """Variance of errors slower than a block, over that of the noise."""
 
-    Returns:
-        The variance of slow errors over that of the noise, and the variance of the dithering itself, in the unit of ``white``.
+    variance: float
+    """Variance of the error itself, in the unit of the noise variance."""
+
+
+def _dither_error(amplitude: Floats, valid: Mask, noise_variance: float) -> _DitherError:
+    """Estimate the error of the dithered patterns from the signal's amplitude, ``(frames,)``.
+
+    Dithering gives each position of the object an error of its own, which therefore changes with the distance moved: more slowly
+    than noise. Its variance is the mean covariance of frames that are 1 to 4 frames apart.
     """
-    rest = np.where(valid, amplitude - amplitude[valid].mean(), 0.0)
-    block = max(2, len(rest) // _BLOCKS)
-    means = rest[: len(rest) // block * block].reshape(-1, block).mean(axis=1)
-    slow = max(0.0, float(means.var()) * block / white - 1) if white > 0 else 0.0
-    neighbours = np.mean([np.mean(rest[lag:] * rest[:-lag]) for lag in (1, 2, 3, 4)])
-    return slow, max(0.0, float(neighbours))
+    deviation = np.where(valid, amplitude - amplitude[valid].mean(), 0.0)
+    block = max(2, len(deviation) // _BLOCKS)
+    means = deviation[: len(deviation) // block * block].reshape(-1, block).mean(axis=1)
+    slow_ratio = max(0.0, float(means.var()) * block / noise_variance - 1) if noise_variance > 0 else 0.0
+    covariance = np.mean([np.mean(deviation[lag:] * deviation[:-lag]) for lag in (1, 2, 3, 4)])
+    return _DitherError(slow_ratio, max(0.0, float(covariance)))

@@ -1,6 +1,6 @@
 # pyright: reportUnknownVariableType=false
-# lazy_loader carries no types; type checkers read __init__.pyi instead.
-"""What a person looks at: figures as PNG, tables and progress in the terminal.
+# lazy_loader leaves the types of what it gives open; __init__.pyi has them.
+"""Views for people: pictures as PNG, tables and progress in the terminal.
 
 The names are listed in ``__init__.pyi``; each is loaded when it is first used, so that a table loads no plotting.
 """

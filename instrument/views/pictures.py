@@ -1,4 +1,4 @@
-"""All pictures of one analysis, written as PNG."""
+"""The pictures of one analysis, written as PNG."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ def picture_folder(folder: Path) -> Path:
     """Make the folder if it is missing.
 
     Raises:
-        InputError: it cannot be made.
+        InputError: the folder cannot be made.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -29,9 +29,9 @@ def write_pictures(analysis: Analysis, folder: Path, stem: str = "") -> list[Pat
     """Draw summary, image, trajectory, error (where the truth is known) and timing (where there are edge times).
 
     Args:
-        analysis: what to draw.
-        folder: made if it is missing; pictures that exist are replaced.
-        stem: what the file names start with; nothing where empty.
+        analysis: analysis to draw.
+        folder: folder for the pictures, which is made if it is missing; pictures that exist are replaced.
+        stem: beginning of the file names; empty for none.
 
     Returns:
         The files written, the summary first.

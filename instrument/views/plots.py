@@ -19,7 +19,7 @@ Y_COLOUR: Final = "#d55e00"
 """Colour of everything along y."""
 
 TRUTH_COLOUR: Final = "0.25"
-"""Colour of what is known to be true."""
+"""Colour of the truth, where it is known."""
 
 
 def new_figure(width_in: float, height_in: float) -> Figure:
@@ -30,7 +30,7 @@ def new_figure(width_in: float, height_in: float) -> Figure:
 
 
 def save(figure: Figure, path: Path) -> Path:
-    """Write the figure as PNG and give its path back."""
+    """Write the figure as PNG and return its path."""
     figure.savefig(path)
     return path
 
@@ -46,7 +46,7 @@ def draw_image(axes: Axes, image: Floats, title: str, *, vmax: float | None = No
 
 def draw_trajectory(axes: Axes, time_s: Floats, displacement_px: Floats, truth_px: Floats | None) -> None:
     """Draw displacement over time, the truth as a dashed line over it."""
-    # The second line is thinner: along the diagonal x and y are the same, and both must be seen.
+    # The second line is thinner, so that both are seen where x and y are the same.
     for column, (name, colour, width) in enumerate((("x", X_COLOUR, 5.0), ("y", Y_COLOUR, 2.0))):
         axes.plot(time_s, displacement_px[:, column], color=colour, linewidth=width, label=f"{name} measured")
     if truth_px is not None:
@@ -63,7 +63,7 @@ def image_figure(image: Floats, truth: Floats | None) -> Figure:
 
     Args:
         image: ``(m, m)``, row = y down.
-        truth: ``(m, m)`` or None.
+        truth: ``(m, m)`` true image; None where it is unknown.
     """
     panels = 1 if truth is None else 2
     figure = new_figure(4.2 * panels, 4.4)
@@ -79,8 +79,8 @@ def trajectory_figure(time_s: Floats, displacement_px: Floats, truth_px: Floats 
 
     Args:
         time_s: ``(frames,)`` middle of each frame.
-        displacement_px: ``(frames, 2)`` in x, y.
-        truth_px: likewise, or None.
+        displacement_px: ``(frames, 2)`` x and y.
+        truth_px: ``(frames, 2)`` true displacement; None where it is unknown.
     """
     figure = new_figure(7, 4)
     draw_trajectory(figure.subplots(), time_s, displacement_px, truth_px)
@@ -88,12 +88,12 @@ def trajectory_figure(time_s: Floats, displacement_px: Floats, truth_px: Floats 
 
 
 def error_figure(time_s: Floats, error_px: Floats, sigma_px: Floats | None) -> Figure:
-    """Show the displacement's error over time, with the band of two standard deviations that was stated.
+    """Show the error of the displacement over time, with a band of two stated standard deviations.
 
     Args:
-        time_s: ``(frames,)``.
-        error_px: ``(frames, 2)``: measured minus true.
-        sigma_px: ``(frames, 2)`` stated uncertainty, or None.
+        time_s: ``(frames,)`` middle of each frame.
+        error_px: ``(frames, 2)`` measured minus true displacement.
+        sigma_px: ``(frames, 2)`` stated standard deviation; None draws no band.
     """
     figure = new_figure(7, 4)
     axes = figure.subplots(2, 1, sharex=True)
@@ -111,11 +111,11 @@ def error_figure(time_s: Floats, error_px: Floats, sigma_px: Floats | None) -> F
 
 
 def timing_figure(edge_time_s: Floats, picture_time_s: float) -> Figure:
-    """Show how far each sync period is from the picture time.
+    """Show a histogram of the deviations of the sync periods from the picture time.
 
     Args:
-        edge_time_s: hardware time of each pattern's edge in play order, NaN where missing.
-        picture_time_s: what the modulator keeps.
+        edge_time_s: ``(frames, patterns_per_frame)`` hardware time of each pattern's edge; NaN where it is missing.
+        picture_time_s: time from one pattern to the next as the modulator keeps it.
     """
     figure = new_figure(7, 3.6)
     axes = figure.subplots()

@@ -1,6 +1,6 @@
 # pyright: reportUnknownMemberType=false
 # matplotlib leaves the type of its **kwargs open.
-"""The one picture that a newcomer sees first."""
+"""The picture that sums up an analysis."""
 
 from matplotlib.figure import Figure
 
@@ -10,9 +10,9 @@ from protocols import Floats
 
 
 def summary_figure(analysis: Analysis) -> Figure:
-    """Show what the same light gives without and with the motion taken back, and the motion itself.
+    """Show the image without and with correction for the motion, and the motion itself.
 
-    Panels that a scheme cannot fill, of an image or of a path, are left out.
+    Panels for which the scheme gives no image or no path are left out.
     """
     truth, path = analysis.recording.truth, analysis.trajectory
     images: list[tuple[Floats, str]] = []

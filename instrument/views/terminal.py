@@ -8,22 +8,23 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-if TYPE_CHECKING:  # only named in signatures: a table loads no numpy
+if TYPE_CHECKING:  # these are named in signatures only, so that a table loads no numpy
     from instrument.acquisition import CheckReport
     from instrument.recording import TimingReport
     from protocols import KinopixError
 
 OUT: Final = Console(highlight=False)
-"""Figures and tables: standard output."""
+"""Standard output, for figures and tables."""
 
 ERR: Final = Console(stderr=True, highlight=False)
-"""Progress, warnings and errors: standard error, so that ``--json`` stays clean."""
+"""Standard error, for progress, warnings and errors, so that the output of ``--json`` holds nothing else."""
 
+_LISTED = 8
 _COLOURS = {"good": "green", "warning": "yellow", "flagged": "yellow", "error": "red", "failed": "red"}
 
 
 def progress() -> Progress:
-    """Give a progress bar with count, time gone and time to go; it clears nothing that was printed."""
+    """Give a progress bar with count, elapsed and remaining time. It removes itself, and nothing else, at its end."""
     return Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -36,7 +37,7 @@ def progress() -> Progress:
 
 
 def figures_table(title: str, figures: Mapping[str, str]) -> Table:
-    """Give a table of two columns: what, and how much."""
+    """Give a table of two columns, name and value."""
     table = Table(title=title, title_justify="left", show_header=False)
     table.add_column(style="bold")
     table.add_column()
@@ -46,7 +47,7 @@ def figures_table(title: str, figures: Mapping[str, str]) -> Table:
 
 
 def check_table(report: "CheckReport") -> Table:
-    """Give one row for each check."""
+    """Give the table of a check report, with one row for each check."""
     table = Table(title="Checks", title_justify="left")
     for column in ("what", "outcome", "figures"):
         table.add_column(column)
@@ -56,7 +57,7 @@ def check_table(report: "CheckReport") -> Table:
 
 
 def timing_table(report: "TimingReport") -> Table:
-    """Give the audit as a person reads it."""
+    """Give the table of a timing report."""
     rows = {
         "verdict": coloured(report.verdict),
         "patterns": f"{report.patterns_recorded} of {report.patterns_expected}, {report.bins_received} bins",
@@ -96,6 +97,7 @@ def coloured(outcome: str) -> str:
     return f"[{_COLOURS.get(outcome, 'white')}]{outcome}[/]"
 
 
-def _listed(indices: Iterable[int], most: int = 8) -> str:
+def _listed(indices: Iterable[int]) -> str:
+    """Write out the first eight indices."""
     shown = [str(k) for k in indices]
-    return ", ".join(shown[:most]) + (", ..." if len(shown) > most else "")
+    return ", ".join(shown[:_LISTED]) + (", ..." if len(shown) > _LISTED else "")

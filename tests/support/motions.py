@@ -27,8 +27,8 @@ def _curve(time_s: Floats) -> Floats:
 def _accelerated(time_s: Floats) -> Floats:
     """II: along the diagonal by v0 t + a t^2 / 2 in the ratio of 25 mm/s and 50 mm/s^2, 66 px each way."""
     u = time_s / RUN_S
-    way = 66 * (2 * u / 3 + u**2 / 3)
-    return np.stack([way, way], axis=1)
+    distance_px = 66 * (2 * u / 3 + u**2 / 3)
+    return np.stack([distance_px, distance_px], axis=1)
 
 
 def _vibration(periods: int) -> Path2D:
@@ -58,8 +58,8 @@ def _random_walk(time_s: Floats) -> Floats:
 def _stop_and_go(time_s: Floats) -> Floats:
     """Eight times: 8 px at constant speed, then as long a rest."""
     turn = np.floor(time_s / RUN_S * 8)
-    way = 8 * (turn + np.minimum(2 * (time_s / RUN_S * 8 - turn), 1))
-    return np.stack([way, 0.9 * way], axis=1)
+    distance_px = 8 * (turn + np.minimum(2 * (time_s / RUN_S * 8 - turn), 1))
+    return np.stack([distance_px, 0.9 * distance_px], axis=1)
 
 
 MOTIONS: dict[str, Path2D] = {

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import pytest
 from pydantic import Field, PositiveInt
 
-from instrument.config import ConfigError, load_model
+from instrument.config import ConfigError, read_document, validate_table
 from instrument.plan import Plan
 from instrument.schemes import FourierHadamardSettings
 from protocols import Frozen, InputError
@@ -15,9 +15,14 @@ from protocols import Frozen, InputError
 def problems_of(path: Path, text: str, model: type[Frozen] = Plan) -> list[str]:
     """Each mistake in ``text`` as it is shown, without the folder."""
     path.write_text(text)
-    with pytest.raises(ConfigError) as caught:
-        load_model(model, path)
-    return [str(problem).removeprefix(f"{path.parent}/") for problem in caught.value.problems]
+    try:
+        document = read_document(path)
+        value, problems = validate_table(model, document.values, document)
+        assert value is None
+        found = ConfigError(path, problems)
+    except ConfigError as error:
+        found = error
+    return [str(problem).removeprefix(f"{path.parent}/") for problem in found.problems]
 
 
 def plan_problems(path: Path, text: str) -> list[str]:
@@ -186,7 +191,7 @@ def test_a_long_value_is_shown_short(path: Path) -> None:
 def test_brackets_without_end_are_no_crash(path: Path) -> None:
     path.write_text("frames = " + "[" * 5000 + "]" * 5000)
     with pytest.raises(ConfigError, match="nested"):
-        load_model(Plan, path)
+        read_document(path)
 
 
 def test_a_scheme_is_named_or_has_a_table_of_its_own(path: Path) -> None:

@@ -31,15 +31,15 @@ def _object() -> Floats:
 
 def _arc(time_s: Floats) -> Floats:
     angle = np.pi / 2 * time_s / RUN_S
-    way: Floats = 28 * np.stack([np.sin(angle), 1 - np.cos(angle)], axis=1)
-    return way
+    path_px: Floats = 28 * np.stack([np.sin(angle), 1 - np.cos(angle)], axis=1)
+    return path_px
 
 
 def _straight(time_s: Floats) -> Floats:
     """The diagonal at v0 t + a t^2 / 2, as a stage accelerates."""
     part = time_s / RUN_S
-    way: Floats = (20 * part + 6 * part**2)[:, None] * [1.0, 1.0]
-    return way
+    path_px: Floats = (20 * part + 6 * part**2)[:, None] * [1.0, 1.0]
+    return path_px
 
 
 def _vibrating(time_s: Floats) -> Floats:

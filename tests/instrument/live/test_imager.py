@@ -43,31 +43,31 @@ def test_the_image_grows_with_the_run_and_the_polished_one_is_as_good_as_an_anal
 
 
 def test_the_standard_run_has_26_5_db_after_a_fifth_of_a_second() -> None:
-    """128 px, noise of 0.1 on every pixel, 67 px of way in 1,666 frames; ten images in the first 666 frames."""
+    """128 px, noise of 0.1 on every pixel, 67 px of path in 1,666 frames; ten images in the first 666 frames."""
     image = np.zeros((128, 128))
     image[12:48, 14:40] = 1.0
     image[19:27, 22:32] = 0.0
     image[33:41, 22:32] = 0.0
     plan = Plan(frames=1666)
-    way = simulate(
+    recording = simulate(
         plan,
         image,
         lambda t: np.stack([67 * (t + t * t) / 0.75, 63 * (t + t * t) / 0.75], axis=1),
         sigma=0.1,
         seed=1,
     )
-    assert way.truth is not None
+    assert recording.truth is not None
     imager, tracker = ProgressiveImager(plan), StreamingTracker(plan)
     shown: Floats | None = None
     for first in range(0, 666, 67):
-        values = way.values[first : min(first + 67, 666)]
+        values = recording.values[first : min(first + 67, 666)]
         imager.add(values, tracker.push(values))
         shown = imager.improve()
     assert shown is not None
-    assert psnr(shown, way.truth.image) > 26.5
+    assert psnr(shown, recording.truth.image) > 26.5
 
 
-def test_the_region_shrinks_as_the_way_becomes_known() -> None:
+def test_the_region_shrinks_as_the_path_becomes_known() -> None:
     """21.6 px to the right and 32.4 px down leave 42.4 x 31.6 px, give or take the tracker's last error."""
     imager = ProgressiveImager(PLAN, max_rows=FRAMES)
     _fed(imager, run().values)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from instrument.numerics.fading import add, grow_older, solve
+from instrument.numerics.fading import add, age, solve
 from protocols import Floats
 
 KEPT, STEP = 0.93, 0.07
@@ -12,7 +12,7 @@ KEPT, STEP = 0.93, 0.07
 def _faded(data: Floats, kept: float = KEPT, step: float = STEP) -> tuple[Floats, float]:
     powers, moments, curve = np.zeros(5), np.zeros((2, 3)), np.zeros((2, 3))
     for datum in data:
-        grow_older(powers, moments, kept, step)
+        age(powers, moments, kept, step)
         add(powers, moments, 0.0, datum)
     return curve, solve(powers, moments, len(data), step, curve)
 

@@ -71,7 +71,7 @@ def test_noise_and_roughness_are_found_again(order: int) -> None:
 
     assert abs(found.noise_variance / 0.25 - 1) < 0.1
     strengths = np.log10([spline.strength for spline in found.splines])
-    assert abs(float(np.average(strengths, weights=found.chances)) - np.log10(0.25 / 0.02**2)) < 0.5
+    assert abs(float(np.average(strengths, weights=found.probabilities)) - np.log10(0.25 / 0.02**2)) < 0.5
 
 
 @pytest.mark.parametrize("order", [1, 2, 3])
@@ -111,9 +111,9 @@ def test_of_orders_equally_good_the_stiffest_is_taken() -> None:
     turn = smooth(45 * np.sin(np.pi / 2 * time) + 0.3 * noise, np.ones(1666))
 
     assert parabola.order == 3
-    assert parabola.freedom < 4
+    assert parabola.degrees_of_freedom < 4
     assert turn.order == 4
-    assert turn.freedom < 6.5
+    assert turn.degrees_of_freedom < 6.5
 
 
 def test_a_fast_oscillation_is_followed_where_the_noise_is_known_to_be_small() -> None:
@@ -121,7 +121,7 @@ def test_a_fast_oscillation_is_followed_where_the_noise_is_known_to_be_small() -
     truth = np.sin(2 * np.pi * np.arange(1666) / 8.33)
     series = truth + 0.3 * rng.normal(size=1666)
 
-    found = smooth(series, np.full(1666, 1 / 0.09), known=True)
+    found = smooth(series, np.full(1666, 1 / 0.09), absolute_weights=True)
 
     assert float(((found.values - truth) ** 2).mean()) < 0.06
 

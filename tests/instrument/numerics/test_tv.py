@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from instrument.numerics import Weighted, total_variation
+from instrument.numerics.tv import relaxation_of
 from instrument.patterns import hadamard_order
 from instrument.reconstruction import Region, ShiftedHadamard
 from protocols import Singles
@@ -87,13 +88,13 @@ def test_the_solution_is_where_the_optimality_condition_says() -> None:
     rows, values = _rows(150, sigma=3.0)
     state = total_variation(rows, values, reweightings=0, tolerance=0, iterations=3000)
     x = state.image
-    pull = -float(np.vdot(x, rows.rmatvec(rows.matvec(x.ravel()) - values).reshape(x.shape)))
+    data_term = -float(np.vdot(x, rows.rmatvec(rows.matvec(x.ravel()) - values).reshape(x.shape)))
     down, across = np.zeros_like(x), np.zeros_like(x)
     down[:-1], across[:, :-1] = np.diff(x, axis=0), np.diff(x, axis=1)
     variation = float(np.hypot(down, across).sum())
     noise = np.random.default_rng(0).standard_normal(150).astype(np.float32)
     strength = 3.0 * float(np.sqrt(np.mean(rows.rmatvec(noise) ** 2)))
-    assert pull == pytest.approx(strength * variation, rel=1e-3)
+    assert data_term == pytest.approx(strength * variation, rel=1e-3)
 
 
 def test_dark_values_give_a_dark_image() -> None:
@@ -101,3 +102,22 @@ def test_dark_values_give_a_dark_image() -> None:
     state = total_variation(rows, np.zeros(50, np.float32))
     assert state.image.shape == (9, 11)
     assert not state.image.any()
+
+
+def test_the_iteration_converges_for_all_patterns_of_an_object_at_rest() -> None:
+    """All 4,096 patterns of 64 x 64 pixels: plain total variation must come to explain the values within their noise."""
+    count, weight = 4096, np.full(4096, 1 / 6, np.float32)
+    rows = Weighted(ShiftedHadamard.single(hadamard_order(64, "tv", count), np.zeros((count, 2)), 64), weight)
+    square = np.zeros((64, 64), np.float32)
+    square[10:30, 12:40] = 1.0
+    values = rows.matvec(square.ravel()) + np.random.default_rng(0).standard_normal(count).astype(np.float32)
+    state = total_variation(rows, values, reweightings=0, tolerance=0, iterations=400)
+    assert state.misfit == pytest.approx(1.0, abs=0.1)
+
+
+def test_the_relaxation_stays_below_its_bound() -> None:
+    """All patterns at rest: A'A = 4096 everywhere, 1 / tau - sigma K'K = 1/2 for a checkerboard: 2 - 2 / (2 x 1.05) - 0.02."""
+    whole = ShiftedHadamard.single(hadamard_order(64, "tv", 4096), np.zeros((4096, 2)), 64)
+    assert relaxation_of(whole, 4096 * 1.05) == pytest.approx(2 - 1 / 1.05 - 0.02, abs=1e-3)
+    smooth = ShiftedHadamard.single(hadamard_order(64, "tv", 400), np.zeros((400, 2)), 64)
+    assert relaxation_of(smooth, 4096 * 1.05) == 1.7

@@ -216,8 +216,8 @@ def test_frames_at_rest_make_a_better_reference() -> None:
     """100 frames at rest: frame 0's own error, half of the whole, goes."""
 
     def path(time_s: Floats) -> Floats:
-        way = 40 * np.maximum(time_s - 0.03, 0)
-        return np.stack([way, way], axis=1)
+        distance_px = 40 * np.maximum(time_s - 0.03, 0)
+        return np.stack([distance_px, distance_px], axis=1)
 
     one: list[float] = []
     many: list[float] = []

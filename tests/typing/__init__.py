@@ -1,0 +1,1 @@
+"""Checks that the type checkers run, and nobody else."""
