@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Final
+from typing import Any, Final, cast
 
 import numpy as np
 
@@ -63,7 +63,7 @@ def simulate(
         if path is not None:
             _refuse_both(table, "path", ("trajectory",))
             table["trajectory"] = str(_sampled(path, plan, folder / "trajectory.csv"))
-        devices = {role.name: {"driver": "simulated"} for role in ROLES if role.needed}
+        devices: dict[str, Any] = {role.name: {"driver": "simulated"} for role in ROLES if role.needed}
         with Instrument.from_config(bench_of_tables({**devices, "scene": table}, _TITLE)) as bench:
             recording = bench.run(plan, folder / "run.h5")
     return replace(recording, path=None)
@@ -73,7 +73,7 @@ def _as_toml(scene: Mapping[str, Any]) -> dict[str, Any]:
     """The same table in the types that a TOML file has: numbers of numpy, tuples and paths become plain."""
 
     def plain(value: object) -> object:
-        return value.tolist() if isinstance(value, np.generic | np.ndarray) else str(value)
+        return cast("object", value.tolist()) if isinstance(value, np.generic | np.ndarray) else str(value)
 
     table: dict[str, Any] = json.loads(json.dumps(dict(scene), default=plain))
     return table
@@ -105,7 +105,9 @@ def _transmission(image: Floats, image_size: int) -> Floats:
 
 def _sampled(path: Callable[[Floats], Floats], plan: Plan, csv: Path) -> Path:
     """Write a trajectory with a row every half picture time, among which are the middles of all patterns and all frames."""
-    half_us = np.arange(2 * plan.patterns + 3) * (plan.picture_time_us / 2)  # up to the end of the guard picture
+    half_us = np.arange(2 * plan.patterns + 3, dtype=np.float64) * (
+        plan.picture_time_us / 2
+    )  # up to the end of the guard picture
     time_s = half_us * 1e-6
     places_px = np.asarray(path(time_s), np.float64)
     if places_px.shape != (len(time_s), 2) or not np.isfinite(places_px).all():

@@ -63,8 +63,8 @@ def test_patterns_finer_than_the_image_see_where_in_a_pixel_its_light_is(path: o
     """The oracle averages such patterns over each pixel first; here the object itself is drawn on the finer samples."""
     plan = plan_of("moment-hadamard", 40, image_size=32, upsampling=2)
     sequence = scheme_of(plan).sequence()
-    fine = np.kron(IMAGE, np.full((2, 2), 0.25))
-    places: list[tuple[float, float]] = path((np.arange(160) + 0.5) * plan.picture_time_s).tolist()
+    fine: Floats = np.kron(IMAGE, np.full((2, 2), 0.25)).astype(np.float64)
+    places: list[tuple[float, float]] = path((np.arange(160, dtype=np.float64) + 0.5) * plan.picture_time_s).tolist()
     expected = [
         float((sequence.sample_plane(int(k)) * oracle.shifted(fine, 2 * dx, 2 * dy)).sum())
         for k, (dx, dy) in zip(sequence.play_order[:-1], places, strict=True)
