@@ -20,8 +20,9 @@ from typing import TypeAlias, cast
 import numpy as np
 from skimage.restoration import denoise_tv_chambolle  # pyright: ignore[reportUnknownVariableType]  (it carries no types)
 
+from benchmarks.dense import DenseSingles
 from benchmarks.octave import SETTINGS, Written, run_octave
-from benchmarks.reconstruction import FRAMES, SIZE, diagonal, scene
+from benchmarks.scenes import FRAMES, SIZE, diagonal, recorded, scene
 from instrument.measurement import Measurement
 from instrument.numerics import (
     Operator,
@@ -35,8 +36,6 @@ from instrument.plan import Plan
 from instrument.reconstruction import Problem, Region, ShiftedHadamard, walsh_rows
 from instrument.tracking import as_trajectory
 from protocols import Floats, Singles
-from tests.support.dense import DenseSingles
-from tests.support.simulation import simulate
 
 
 def cut(image: Floats, region: Region) -> Floats:
@@ -72,7 +71,7 @@ class Comparison:
     @classmethod
     def of(cls, *, region: bool, seed: int) -> "Comparison":
         """Simulate the letter on motion II, noise of 0.1 on every pixel."""
-        recording = simulate(Plan(frames=FRAMES, image_size=SIZE), scene("letter-B"), diagonal, sigma=0.1, seed=seed)
+        recording = recorded(Plan(frames=FRAMES, image_size=SIZE), scene("letter-B"), diagonal, sigma=0.1, seed=seed)
         truth = recording.truth
         assert truth is not None  # noqa: S101  (simulated)
         measurement = Measurement.of(recording)

@@ -21,6 +21,7 @@ mpl.use("Agg")
 import numpy as np
 from matplotlib import pyplot as plt
 
+from benchmarks.scenes import placed, recorded
 from instrument.joint import refine
 from instrument.patterns import hadamard_order
 from instrument.plan import Plan
@@ -28,8 +29,6 @@ from instrument.reconstruction import Region, ShiftedHadamard, reconstruct
 from instrument.recording import Recording
 from instrument.tracking import track
 from protocols import Floats
-from sim_backends.bench.objects import BUILT_INS
-from tests.support.simulation import simulate
 
 FRAMES = (416, 832, 1664, 3328)
 SIZES = (64, 128, 256)
@@ -56,10 +55,8 @@ class Cost:
 
 def run(frames: int, size: int) -> Recording:
     """A "B" of 9/32 of the field that goes 66/128 of the field along the diagonal."""
-    cells = BUILT_INS["letter-B"](36 * size / 128).cells
-    corner = 22 * size // 128
-    image = np.zeros((size, size))
-    image[corner : corner + cells.shape[0], corner : corner + cells.shape[1]] = cells
+    corner_px = 22 * size // 128
+    image = placed("letter-B", corner_px, corner_px, height_px=36 * size / 128, size=size)
     plan = Plan(frames=frames, image_size=size)
 
     def path(time_s: Floats) -> Floats:
@@ -67,7 +64,7 @@ def run(frames: int, size: int) -> Recording:
         way: Floats = (66 * size / 128 / np.sqrt(2) * (0.77 * part + 0.23 * part**2))[:, None] * np.ones(2)
         return way
 
-    return simulate(plan, image, path, sigma=0.1)
+    return recorded(plan, image, path, sigma=0.1)
 
 
 def cost(frames: int, size: int, repeats: int) -> Cost:

@@ -13,23 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.reconstruction import arc, diagonal, scene
+from benchmarks.scenes import FRAMES, MOTIONS, Path2D, arc, diagonal, recorded, scene, wavy
 from instrument.joint import refine
 from instrument.numerics import displacement_mse, offset_free_mse, psnr
 from instrument.plan import Plan
 from instrument.reconstruction import reconstruct
 from instrument.tracking import Trajectory, track
-from protocols import Floats, Truth
-from tests.support.motions import FRAMES, MOTIONS, RUN_S
-from tests.support.simulation import Path2D, simulate
-
-
-def wavy(time_s: Floats) -> Floats:
-    """60 px across and 30 px down, with two waves of 6 px."""
-    part = time_s / RUN_S
-    way: Floats = np.stack([60 * part, 30 * part + 6 * np.sin(4 * np.pi * part)], axis=1)
-    return way
-
+from protocols import Truth
 
 PATHS: dict[str, Path2D] = {"arc": arc, "diagonal": diagonal, "wavy": wavy, **MOTIONS}
 
@@ -75,7 +65,7 @@ def line(case: Case, seed: int) -> list[float]:
     up, left = np.random.default_rng(seed).integers(0, 16, 2).tolist()
     image = np.roll(scene(case.scene), (-up, -left), axis=(0, 1))
     peak = None if case.counts is None else 2 * case.counts
-    whole = simulate(Plan(frames=FRAMES), image, PATHS[case.motion], sigma=0.1, peak_counts=peak, seed=seed)
+    whole = recorded(Plan(frames=FRAMES), image, PATHS[case.motion], sigma=0.1, peak_counts=peak, seed=seed)
     recording = whole.first(case.frames)
     truth = recording.truth
     if truth is None:

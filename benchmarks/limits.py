@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks.scenes import Path2D, recorded
 from instrument.plan import Plan
 from protocols import Floats
-from tests.support.simulation import Path2D, simulate
 
 _STEP_PX = 0.5
 
@@ -45,7 +45,7 @@ def cramer_rao(
         peak_counts: photons of an all-on pattern instead.
     """
     steps = [np.array(step) * _STEP_PX for step in ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))]
-    moved = [simulate(plan, image, lambda t, s=step: path(t) + s).values[:frames] for step in steps]
+    moved = [recorded(plan, image, lambda t, s=step: path(t) + s).values[:frames] for step in steps]
     scale = 1.0 if peak_counts is None else peak_counts / float(image.sum())
     slopes = scale * np.stack([moved[0] - moved[1], moved[2] - moved[3]], axis=-1) / (2 * _STEP_PX)
     if peak_counts is None:

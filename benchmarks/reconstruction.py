@@ -12,6 +12,7 @@ from typing import Literal
 import numpy as np
 
 from benchmarks.limits import Limits, cramer_rao
+from benchmarks.scenes import FRAMES, SIZE, Path2D, arc, diagonal, recorded, scene
 from instrument.joint import refine
 from instrument.numerics import displacement_mse, offset_free_mse, psnr, ssim_global, ssim_local
 from instrument.plan import Plan
@@ -20,36 +21,6 @@ from instrument.recording import Recording
 from instrument.schemes import FourierHadamardSettings
 from instrument.tracking import track
 from protocols import Floats
-from sim_backends.bench.objects import BUILT_INS
-from tests.support.simulation import Path2D, simulate
-
-FRAMES, SIZE = 1666, 128
-RUN_S = FRAMES * 300e-6
-
-
-def arc(time_s: Floats) -> Floats:
-    """Motion I: a quarter of a circle of 45 px, 70.7 px of travel."""
-    angle = np.pi / 2 * time_s / RUN_S
-    way: Floats = 45 * np.stack([np.sin(angle), 1 - np.cos(angle)], axis=1)
-    return way
-
-
-def diagonal(time_s: Floats) -> Floats:
-    """Motion II: 66 px along the diagonal, v0 t + a t^2 / 2 at the experiment's ratio."""
-    part = time_s / RUN_S
-    way: Floats = (66 / np.sqrt(2) * (0.77 * part + 0.23 * part**2))[:, None] * np.ones(2)
-    return way
-
-
-def scene(name: str) -> Floats:
-    """A built-in object 36 px high, near the upper left corner."""
-    drawing = BUILT_INS[name](36.0)
-    finer = round(1 / drawing.cell_px)
-    rows, columns = drawing.cells.shape
-    field = np.zeros((SIZE * finer, SIZE * finer))
-    field[22 * finer : 22 * finer + rows, 22 * finer : 22 * finer + columns] = drawing.cells
-    image: Floats = field.reshape(SIZE, finer, SIZE, finer).mean(axis=(1, 3))
-    return image
 
 
 def row(recording: Recording, *, region: bool) -> list[float]:
@@ -108,7 +79,7 @@ class Case:
         """Record it."""
         plan, slower = self.plan, FRAMES / self.planned
         peak = 2 * self.counts if self.counts else None
-        whole = simulate(plan, scene(self.name), lambda t: path(slower * t), sigma=0.1, peak_counts=peak, seed=seed)
+        whole = recorded(plan, scene(self.name), lambda t: path(slower * t), sigma=0.1, peak_counts=peak, seed=seed)
         return whole.first(self.used)
 
     def mean(self, path: Path2D, seeds: int) -> Floats:
@@ -214,7 +185,7 @@ def main() -> None:
             figures = [limits.frame_px2, limits.path_px2, *case.mean(path, seeds).tolist()]
             print(f"{case.title:22s} {motion:2s} " + " ".join(f"{value:8.4f}" for value in figures), flush=True)
     for motion, path, _ in MOTIONS:
-        still = simulate(Plan(frames=FRAMES, image_size=SIZE), scene("letter-B"), path)
+        still = recorded(Plan(frames=FRAMES, image_size=SIZE), scene("letter-B"), path)
         if still.truth is not None and not only:
             started = time.perf_counter()
             exact = reconstruct(still, still.truth.displacement_px)

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.scenes import FRAMES, MOTIONS, RUN_S, Path2D, letter_b, recorded
 from instrument.joint import refine
 from instrument.measurement import Measurement
 from instrument.numerics import displacement_mse, psnr, tv_augmented_lagrangian
@@ -25,8 +26,6 @@ from instrument.recording import Recording
 from instrument.schemes import scheme_of
 from instrument.tracking import Trajectory, track
 from protocols import Floats, Truth
-from tests.support.motions import FRAMES, MOTIONS, RUN_S, letter_b
-from tests.support.simulation import Path2D, simulate
 
 SCHEMES = ("fourier-hadamard", "moment-hadamard", "fourier-3step")
 PAIRS = 4998
@@ -46,14 +45,14 @@ def stretched(path: Path2D, run_s: float, place_px: Floats) -> Path2D:
     return elsewhere
 
 
-def recorded(
+def one_run(
     scheme: dict[str, Any], motion: str | None, seed: int, sigma: float, frames: int = FRAMES
 ) -> tuple[Recording, Truth]:
     """Simulate one run; without a motion, at rest."""
     plan = Plan.model_validate({"frames": frames, "scheme": scheme})
     place_px = np.random.default_rng(seed).random(2) * PLACES_PX
     path: Path2D = MOTIONS[motion] if motion is not None else lambda time_s: np.zeros((len(time_s), 2))
-    recording = simulate(plan, letter_b(5, 5), stretched(path, plan.run_time_s, place_px), sigma=sigma, seed=seed)
+    recording = recorded(plan, letter_b(5, 5), stretched(path, plan.run_time_s, place_px), sigma=sigma, seed=seed)
     assert recording.truth is not None  # noqa: S101  (simulated)
     return recording, recording.truth
 
@@ -67,7 +66,7 @@ def tval3_psnr(recording: Recording, motion: Trajectory, truth: Truth, mu: float
 
 def followed(scheme: dict[str, Any], motion: str, seed: int, *, sigma: float) -> list[float]:
     """Figures of one run of a scheme that tracks; NaN for what a scheme does not have."""
-    recording, truth = recorded(scheme, motion, seed, sigma)
+    recording, truth = one_run(scheme, motion, seed, sigma)
     alone, smooth = track(recording, "per-frame"), track(recording)
     nothing = [float("nan")] * 2
     figures = [*_of_path(alone, truth), *_of_path(smooth, truth)]
@@ -80,7 +79,7 @@ def followed(scheme: dict[str, Any], motion: str, seed: int, *, sigma: float) ->
 
 def unfollowed(motion: str | None, seed: int, *, sigma: float) -> list[float]:
     """PSNR of conventional imaging, by the inverse transform and by least total variation, as if the object stood still."""
-    recording, truth = recorded({"name": "hadamard"}, motion, seed, sigma, frames=PAIRS)
+    recording, truth = one_run({"name": "hadamard"}, motion, seed, sigma, frames=PAIRS)
     return [
         psnr(reconstruct(recording, None, "conventional").image, truth.image),
         psnr(reconstruct(recording, None, "tv").image, truth.image),

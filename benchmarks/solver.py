@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from benchmarks.comparison import cut
-from benchmarks.reconstruction import FRAMES, SIZE, diagonal, scene
+from benchmarks.scenes import FRAMES, SIZE, diagonal, scene
 from instrument.numerics import Weighted, total_variation
 from instrument.patterns import hadamard_order
 from instrument.reconstruction import Region, ShiftedHadamard

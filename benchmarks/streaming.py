@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from benchmarks.scenes import FRAMES, letter_b, recorded
 from instrument.acquisition import AlignedBlock
 from instrument.live import LiveAnalysis, LiveLine
 from instrument.numerics import psnr
@@ -22,8 +23,6 @@ from instrument.schemes import FourierHadamardSettings
 from instrument.session import BlockEvent, Channel, Event, FinishedEvent, ImageEvent, TrackingEvent
 from instrument.tracking import StreamingTracker
 from protocols import Floats, MonotonicClock
-from sim_backends.bench.objects import BUILT_INS
-from tests.support.simulation import simulate
 
 BLOCK_S = 0.02
 _NONE = np.zeros(0, np.int64)
@@ -48,16 +47,13 @@ def main() -> None:
 
 def standard_run(seed: int, shuffle_seed: int | None) -> Recording:
     """The run that all figures are stated for."""
-    image = np.zeros((128, 128))
-    letter = BUILT_INS["letter-B"](36).cells
-    image[12 : 12 + letter.shape[0], 14 : 14 + letter.shape[1]] = letter
-    plan = Plan(frames=1666, scheme=FourierHadamardSettings(shuffle_seed=shuffle_seed))
+    plan = Plan(frames=FRAMES, scheme=FourierHadamardSettings(shuffle_seed=shuffle_seed))
 
     def path(time_s: Floats) -> Floats:
         way = (time_s + time_s**2) / 0.75
         return np.stack([66 * way, 63 * way], axis=1)
 
-    return simulate(plan, image, path, sigma=0.1, seed=seed)
+    return recorded(plan, letter_b(12, 14), path, sigma=0.1, seed=seed)
 
 
 def tracking(recording: Recording) -> None:

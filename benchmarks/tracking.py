@@ -10,12 +10,11 @@ from typing import TypeAlias
 
 import numpy as np
 
+from benchmarks.scenes import FRAMES, MOTIONS, letter_b, recorded
 from instrument.plan import Plan
 from instrument.recording import Recording
 from instrument.tracking import StreamingTracker, Trajectory, track
 from protocols import Floats
-from tests.support.motions import FRAMES, MOTIONS, letter_b
-from tests.support.simulation import simulate
 
 Method: TypeAlias = Callable[[Recording], Trajectory | Floats]
 
@@ -63,7 +62,7 @@ def main() -> None:
         recordings: list[Recording] = []
         for seed in range(seeds):
             top, left = np.random.default_rng(seed).integers(4, 18, 2).tolist()
-            recordings.append(simulate(Plan(frames=FRAMES), letter_b(top, left), path, sigma=0.1, seed=seed))
+            recordings.append(recorded(Plan(frames=FRAMES), letter_b(top, left), path, sigma=0.1, seed=seed))
         for name, prepare in METHODS.items():
             print(f"{motion:14} {name:10} {_judge(prepare, recordings)}")
 

@@ -221,10 +221,12 @@ class PatternSequence:
         """Give plane ``index`` as the modulator wants it: ``(rows, columns / 8)``, packed, dark outside the field."""
         grid = self.grid
         top, left = grid.origin
-        mirrors = np.zeros((grid.rows, grid.columns), np.uint8)
-        field = self.sample_plane(index).repeat(self._scale, 0).repeat(self._scale, 1)
-        mirrors[top : top + grid.side_mirrors, left : left + grid.side_mirrors] = field
-        return np.packbits(mirrors, axis=-1)
+        # One row of mirrors for each row of samples is packed, and then repeated: the rows between are the same bytes.
+        lines = np.zeros((self.samples, grid.columns), np.uint8)
+        lines[:, left : left + grid.side_mirrors] = self.sample_plane(index).repeat(self._scale, 1)
+        mirrors = np.zeros((grid.rows, -(-grid.columns // 8)), np.uint8)
+        mirrors[top : top + grid.side_mirrors] = np.packbits(lines, axis=-1).repeat(self._scale, 0)
+        return mirrors
 
 
 def _bad(saw: str, expected: str) -> PlanError:

@@ -1,17 +1,21 @@
-"""``kinopix run`` and ``kinopix check``."""
+"""``kinopix run`` and ``kinopix check``.
+
+What they stand on is loaded when they begin, and the live analysis, with its compiled loops, where it is asked for.
+"""
 
 from pathlib import Path
-from typing import Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
-from rich.progress import Progress
 
 from instrument.cli.options import BenchOption, JsonOption, OverwriteOption, PlanOption, print_json
-from instrument.live import LiveAnalysis
-from instrument.plan import Plan
-from instrument.recording import Recording
-from instrument.session import BlockEvent, Event, Instrument, Listener, UploadEvent
-from instrument.views import OUT, LiveView, check_table, progress, timing_table, warn
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+    from instrument.plan import Plan
+    from instrument.recording import Recording
+    from instrument.session import Event, Listener
 
 POLISH_S: Final = 60.0
 """How long the live view may take for its last image when the run is over."""
@@ -28,6 +32,9 @@ def run(
     as_json: JsonOption = False,
 ) -> None:
     """Acquire: move the stage, play the patterns, count the light, write the recording while it runs."""
+    from instrument.plan import Plan
+    from instrument.views import OUT, timing_table, warn
+
     recording = record(bench, Plan.from_toml(plan), out, overwrite=overwrite, live=live)
     if recording.timing is None:
         return
@@ -41,14 +48,21 @@ def run(
         raise typer.Exit(3)
 
 
-def record(bench: Path, plan: Plan, out: Path, *, overwrite: bool, live: bool = False) -> Recording:
+def record(bench: Path, plan: "Plan", out: Path, *, overwrite: bool, live: bool = False) -> "Recording":
     """Run one plan with progress bars, and with motion and image below them if ``live``.
 
     Raises:
         KinopixError: as ``Instrument.run``; Ctrl-C ends the command with 130 after the bench was made safe.
     """
+    from instrument.session import Instrument
+    from instrument.views import LiveView, progress, warn
+
     bars = progress()
-    analysis = LiveAnalysis(plan) if live else None
+    analysis = None
+    if live:
+        from instrument.live import LiveAnalysis
+
+        analysis = LiveAnalysis(plan)
     with Instrument.from_toml(bench) as instrument, LiveView(bars) if live else bars as shown:
         listeners: list[Listener] = [_ProgressBars(bars, plan.patterns)]
         if analysis is not None and isinstance(shown, LiveView):
@@ -73,12 +87,14 @@ class _ProgressBars:
 
     name: Final = "the progress bars"
 
-    def __init__(self, bars: Progress, patterns: int) -> None:
+    def __init__(self, bars: "Progress", patterns: int) -> None:
         self._bars = bars
         self._upload = bars.add_task("patterns uploaded", total=None)
         self._counted = bars.add_task("patterns counted", total=patterns)
 
-    def __call__(self, event: Event) -> None:
+    def __call__(self, event: "Event") -> None:
+        from instrument.session import BlockEvent, UploadEvent
+
         if isinstance(event, UploadEvent):
             self._bars.update(self._upload, completed=event.stored, total=event.total)
         elif isinstance(event, BlockEvent):
@@ -87,6 +103,10 @@ class _ProgressBars:
 
 def check(bench: BenchOption, plan: PlanOption, as_json: JsonOption = False) -> None:
     """Check a plan against the bench: timing, memory, count rate, travel. Nothing moves and nothing is shown."""
+    from instrument.plan import Plan
+    from instrument.session import Instrument
+    from instrument.views import OUT, check_table
+
     with Instrument.from_toml(bench) as instrument:
         report = instrument.check(Plan.from_toml(plan))
     if as_json:

@@ -10,9 +10,6 @@ import typer
 from instrument.cli.acquire import record
 from instrument.cli.analyse import analysed
 from instrument.cli.options import JsonOption, OverwriteOption, print_json
-from instrument.plan import Plan
-from instrument.storage import refuse_existing
-from instrument.views import OUT, figures_table
 
 
 def demo(
@@ -23,7 +20,9 @@ def demo(
 ) -> None:
     """Run a simulated bench and analyse it: a letter moves past one detector, and comes out sharp."""
     from instrument.analysis import store
-    from instrument.views import picture_folder, write_pictures
+    from instrument.plan import Plan
+    from instrument.storage import refuse_existing
+    from instrument.views import OUT, figures_table, picture_folder, write_pictures
 
     picture_folder(out)
     run_h5 = out / "run.h5"

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from instrument.cli import acquire, analyse, demo, drivers
+from instrument.cli import acquire, analyse, demo, drivers, info
 
 app = typer.Typer(
     help="Single-pixel imaging of moving objects: run the bench, follow the object, see it sharp.",
@@ -19,6 +19,7 @@ app.command("demo")(demo.demo)
 app.command("run")(acquire.run)
 app.command("analyse")(analyse.analyse_file)
 app.command("check")(acquire.check)
+app.command("info")(info.info)
 app.add_typer(drivers.app, name="drivers")
 
 

@@ -1,6 +1,6 @@
 """Configuration: TOML files read into checked models, and plug-ins found by name."""
 
-from instrument.config.bench import BenchConfig, OnAbort, Resolved, ResolvedDevice, load_bench
+from instrument.config.bench import BenchConfig, OnAbort, Resolved, ResolvedDevice, bench_of_tables, load_bench
 from instrument.config.check import validate_table
 from instrument.config.discovery import (
     InstalledPlugin,
@@ -38,6 +38,7 @@ __all__ = [
     "ResolvedDevice",
     "SchemePlugin",
     "SchemeSettings",
+    "bench_of_tables",
     "find_plugin",
     "installed_plugins",
     "list_plugins",

@@ -152,7 +152,23 @@ def load_bench(path: str | Path) -> BenchConfig:
         ConfigError: every mistake in the file at once: in its tables, in plug-ins that are missing or broken, in their
             settings.
     """
-    document = read_document(Path(path))
+    return _checked(read_document(Path(path)))
+
+
+def bench_of_tables(tables: Mapping[str, Any], title: str) -> BenchConfig:
+    """Check what would stand in bench.toml, and find its plug-ins. Opens no device.
+
+    Args:
+        tables: table name to its keys, as ``tomllib`` would give them. Relative paths in them start at the working folder.
+        title: stands in messages where the file's name would.
+
+    Raises:
+        ConfigError: every mistake at once, as ``load_bench``.
+    """
+    return _checked(Document(path=Path(title), values=dict(tables), lines={}))
+
+
+def _checked(document: Document) -> BenchConfig:
     _, problems = validate_table(_whole_file(), document.values, document)
     search = _Search(document, problems)
     found: dict[RoleName, ResolvedDevice | None] = {

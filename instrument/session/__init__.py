@@ -19,6 +19,7 @@ from instrument.session.instrument import Instrument
 from instrument.session.opening import open_devices
 from instrument.session.run import Run
 from instrument.session.safety import make_safe
+from instrument.session.simulate import simulate
 from instrument.session.snapshot import ListenerFailure, RunState, Snapshot
 
 __all__ = [
@@ -48,4 +49,5 @@ __all__ = [
     "event_from_json",
     "make_safe",
     "open_devices",
+    "simulate",
 ]

@@ -7,7 +7,7 @@ from threading import Lock
 from typing import Self
 
 from instrument.acquisition import CheckReport, Devices, check_plan
-from instrument.config import OnAbort, load_bench
+from instrument.config import BenchConfig, OnAbort, load_bench
 from instrument.plan import Plan
 from instrument.recording import Recording
 from instrument.schemes import scheme_of
@@ -58,7 +58,15 @@ class Instrument:
             ConfigError: every mistake in the file at once.
             DeviceError: a device did not open; those opened before are closed again.
         """
-        config = load_bench(path)
+        return cls.from_config(load_bench(path))
+
+    @classmethod
+    def from_config(cls, config: BenchConfig) -> Self:
+        """Open a bench that has been checked.
+
+        Raises:
+            DeviceError: a device did not open; those opened before are closed again.
+        """
         return cls(
             open_devices(config),
             on_abort=config.on_abort,

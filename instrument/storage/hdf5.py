@@ -116,11 +116,31 @@ class Group:
         Raises:
             OSError: the file ends before the data do. HDF5 itself gives zeros then, if the file's writer was killed.
         """
+        return cast("NDArray[Any]", self._sound(name)[...])
+
+    def head(self, name: str, rows: int) -> NDArray[Any]:
+        """The first rows of a dataset.
+
+        Raises:
+            OSError: as ``array``.
+        """
+        return cast("NDArray[Any]", self._sound(name)[:rows])
+
+    def shape(self, name: str) -> tuple[int, ...]:
+        """The shape of a dataset, without reading it.
+
+        Raises:
+            OSError: as ``array``.
+        """
+        return cast("tuple[int, ...]", self._sound(name).shape)
+
+    def _sound(self, name: str) -> Any:
+        """A dataset that the file holds to its end."""
         dataset = self._handle[name]
         size, end = Path(dataset.file.filename).stat().st_size, _end_of_chunks(dataset)
         if end > size:
             raise OSError(f"truncated: {name} goes on to byte {end}, the file ends at {size}")
-        return cast("NDArray[Any]", dataset[...])
+        return dataset
 
     def attribute(self, key: str) -> Any:
         """An attribute of this group, or None where it is missing."""

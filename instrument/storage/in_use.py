@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import IO
 
 from instrument.storage import layout
-from instrument.storage.hdf5 import open_to_read
+from instrument.storage.hdf5 import Group, open_to_read
 from protocols import InputError
 
 if sys.platform != "win32":
@@ -41,11 +41,11 @@ def refuse_while_written(path: Path) -> None:
     Raises:
         InputError: it is being recorded; names the process and since when.
     """
-    if not _is_marked(path):
+    if not is_marked(path):
         return
     with open_to_read(path) as file:
         entry = file.at("entry")
-        if int(entry.attribute("complete")) or entry.text(layout.INTERRUPTED):
+        if has_ended(entry):
             return  # a reader holds the lock
         process = entry.attribute_of(layout.PROGRAM_NAME, "process_id")
         since = entry.text(layout.START_TIME)
@@ -56,7 +56,13 @@ def refuse_while_written(path: Path) -> None:
     )
 
 
-def _is_marked(path: Path) -> bool:
+def has_ended(entry: Group) -> bool:
+    """Whether the run of an open recording has come to an end, whatever it was."""
+    return bool(entry.attribute("complete")) or (layout.INTERRUPTED in entry and bool(entry.text(layout.INTERRUPTED)))
+
+
+def is_marked(path: Path) -> bool:
+    """Whether somebody, a writer or a reader, holds a lock on a file; False where the system has no such locks."""
     if sys.platform == "win32":
         return False
     with path.open("rb") as file:

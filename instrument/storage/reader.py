@@ -1,5 +1,7 @@
 """A recording read back: whole, partial, or left behind by a program that was killed."""
 
+from collections.abc import Generator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +22,17 @@ def open_recording(path: str | Path) -> Recording:
         InputError: no such file, no HDF5, no recording, of a later layout, truncated or damaged: says which.
     """
     path = Path(path)
+    with opened_recording(path) as entry:
+        return _recording(path, entry)
+
+
+@contextmanager
+def opened_recording(path: Path) -> Generator[Group]:
+    """Open a recording and give its entry; what goes wrong while it is open is told as a file that cannot be read.
+
+    Raises:
+        InputError: as ``open_recording``.
+    """
     if not path.is_file():
         what = "a folder" if path.is_dir() else "no such file"
         raise unusable(path, what, "give the path of a recording (.h5)")
@@ -28,7 +41,7 @@ def open_recording(path: str | Path) -> Recording:
         raise unusable(path, what, "give the path of a recording (.h5)")
     try:
         with open_to_read(path) as file:
-            return _recording(path, file)
+            yield _entry(path, file)
     except InputError:
         raise
     except HDF5_ERRORS as error:
@@ -38,7 +51,8 @@ def open_recording(path: str | Path) -> Recording:
         ) from error
 
 
-def _recording(path: Path, file: Group) -> Recording:
+def _entry(path: Path, file: Group) -> Group:
+    """The entry of a file that is a recording, of a layout that is known, and whole."""
     if "entry/definition" not in file or file.text("entry/definition") != layout.DEFINITION:
         raise unusable(path, "an HDF5 file by another program", "give the path of a recording (.h5)")
     entry = file.at("entry")
@@ -50,11 +64,13 @@ def _recording(path: Path, file: Group) -> Recording:
             "install a newer Kinopix",
         )
     _refuse_cut_off(path, entry)
-    plan = _plan(path, entry.text(layout.PLAN))
+    return entry
+
+
+def _recording(path: Path, entry: Group) -> Recording:
+    plan = plan_of(path, entry)
     values = entry.array(layout.VALUES)
-    patterns = plan.patterns_per_frame
-    if values.ndim != 2 or values.shape[1] != patterns:
-        raise unusable(path, f"values of shape {values.shape}, not (frames, {patterns})", "repeat the run")
+    refuse_narrow_values(path, values.shape, plan)
     return Recording(
         plan=plan,
         values=values,
@@ -65,7 +81,7 @@ def _recording(path: Path, file: Group) -> Recording:
         dead_time_s=entry.number(layout.DEAD_TIME_S),
         dark_rate_hz=entry.number(layout.DARK_RATE_HZ),
         truth=_truth(entry),
-        timing=_timing(entry),
+        timing=timing_of(entry),
         path=path,
     )
 
@@ -78,14 +94,40 @@ def _refuse_cut_off(path: Path, entry: Group) -> None:
         raise OSError(f"truncated: the recording goes on to byte {written}, the file ends at {size}")
 
 
-def _plan(path: Path, text: str) -> Plan:
+def plan_of(path: Path, entry: Group) -> Plan:
+    """The plan of an open recording.
+
+    Raises:
+        InputError: this program does not know it.
+    """
     try:
-        return Plan.from_json(text)
+        return Plan.from_json(entry.text(layout.PLAN))
     except (ValidationError, ValueError) as error:
         raise unusable(path, f"a plan that this program does not know ({error})", "install a newer Kinopix") from error
     except InputError as error:
         saw = f"a plan that this program does not know: {error.saw}"
         raise unusable(path, saw, "install the distribution that offers its scheme") from error
+
+
+def refuse_narrow_values(path: Path, shape: tuple[int, ...], plan: Plan) -> None:
+    """Refuse values that are not a row of patterns for each frame.
+
+    Raises:
+        InputError: names both shapes.
+    """
+    patterns = plan.patterns_per_frame
+    if len(shape) != 2 or shape[1] != patterns:
+        raise unusable(path, f"values of shape {shape}, not (frames, {patterns})", "repeat the run")
+
+
+def refuse_other_mask(path: Path, flags: int, frames: int) -> None:
+    """Refuse a mask that is not one flag a frame.
+
+    Raises:
+        InputError: names both numbers.
+    """
+    if flags != frames:
+        raise unusable(path, f"a mask of {flags} frames for {frames} frames of values", "repeat the run")
 
 
 def _frame_valid(path: Path, entry: Group, values: Floats) -> Mask:
@@ -96,8 +138,7 @@ def _frame_valid(path: Path, entry: Group, values: Floats) -> Mask:
     valid = entry.array(layout.FRAME_VALID).astype(bool)
     if not len(valid):  # not finished yet, or never
         return measured
-    if valid.shape != measured.shape:
-        raise unusable(path, f"a mask of {len(valid)} frames for {len(measured)} frames of values", "repeat the run")
+    refuse_other_mask(path, len(valid), len(measured))
     return valid
 
 
@@ -106,7 +147,7 @@ def _edge_time_s(entry: Group, frames: int) -> Floats | None:
     return edges if np.isfinite(edges).any() else None
 
 
-def _timing(entry: Group) -> TimingReport | None:
+def timing_of(entry: Group) -> TimingReport | None:
     """The audit; None where the run was cut off before it, or where another program left it out."""
     if layout.TIMING_REPORT not in entry:
         return None

@@ -6,6 +6,7 @@ from .plots import image_figure as image_figure
 from .plots import save as save
 from .plots import timing_figure as timing_figure
 from .plots import trajectory_figure as trajectory_figure
+from .recording_table import recording_table as recording_table
 from .summary import summary_figure as summary_figure
 from .terminal import ERR as ERR
 from .terminal import OUT as OUT
@@ -26,6 +27,7 @@ __all__ = [
     "image_figure",
     "picture_folder",
     "progress",
+    "recording_table",
     "save",
     "show_error",
     "summary_figure",

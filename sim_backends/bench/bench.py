@@ -127,7 +127,7 @@ class OpticalBench:
                 image_size=size,
                 height_px=settings.object_height_px,
                 centre_px=settings.start_px,
-            )
+            ).without_dark_borders()
             self._optics = Optics(
                 settings.light_level,
                 settings.led_drift_per_s,

@@ -132,7 +132,8 @@ class LightPath:
         background = 0.0
         if optics.background is not None:
             background = float(self._seen([packed], np.zeros((1, 2)), optics.background)[0]) * optics.background_level
-        return _Plane(packed, float(lit.sum()) * (grid.image_size / len(lit)) ** 2, background)
+        lit_samples = int(np.bitwise_count(packed).sum())
+        return _Plane(packed, lit_samples * (grid.image_size / len(lit)) ** 2, background)
 
 
 def superpixels(packed: Bytes, grid: PixelGrid) -> Bytes | None:
@@ -146,7 +147,7 @@ def superpixels(packed: Bytes, grid: PixelGrid) -> Bytes | None:
     if not all((field[mirror::size] == rows).all() for mirror in range(1, size)):
         return None
     mirrors = np.unpackbits(rows, axis=1)[:, left : left + side]
-    first = mirrors[:, ::size]
+    first = np.ascontiguousarray(mirrors[:, ::size])
     return first if all((mirrors[:, mirror::size] == first).all() for mirror in range(1, size)) else None
 
 

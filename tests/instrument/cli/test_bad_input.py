@@ -194,12 +194,12 @@ def test_a_run_that_is_ended_from_outside_makes_the_bench_safe_and_keeps_what_it
     watched = (
         "import os, signal, threading, pathlib\n"
         "from instrument.cli.main import main\n"
-        "from instrument.cli import acquire\n"
-        "class Bars(type(acquire.progress())):\n"
+        "from instrument import views\n"
+        "class Bars(type(views.progress())):\n"
         "    def update(self, task, **what):\n"
         "        super().update(task, **what)\n"
         f"        if self.tasks[1].completed: os.kill(os.getpid(), signal.{name})\n"
-        "acquire.progress = Bars\n"
+        "views.progress = Bars\n"
         f"main({['run', *arguments, '--out', str(out)]!r})\n"
     )
     ended = subprocess.run([sys.executable, "-c", watched], capture_output=True, text=True, check=False)

@@ -1,0 +1,194 @@
+"""What a recording is, told without reading its values: for a look at a file of any size, at any moment of its life."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final, Literal, TypeAlias
+
+import numpy as np
+from pydantic import NonNegativeInt, PositiveFloat, SerializeAsAny
+
+from instrument.plan import Plan
+from instrument.recording import TimingReport
+from instrument.roles import ROLES
+from instrument.storage import layout
+from instrument.storage.hdf5 import Group
+from instrument.storage.in_use import has_ended, is_marked
+from instrument.storage.reader import opened_recording, plan_of, refuse_narrow_values, refuse_other_mask, timing_of
+from protocols import DeviceIdentity, Frozen
+
+RecordingState: TypeAlias = Literal["complete", "interrupted", "being recorded", "cut off"]
+"""``interrupted``: the run ended early and its file was closed. ``cut off``: its program ended without closing the file."""
+
+_LOOKED_AT: Final = 64  # frames whose edge times tell whether the counter gives any
+
+
+class AnalysisInfo(Frozen):
+    """The analysis that a recording holds."""
+
+    date: str
+    """When it was made, ISO 8601 in UTC."""
+
+    program: str
+    """Who made it."""
+
+    version: str
+    """Version of that program."""
+
+    table: Mapping[str, Any]
+    """Its figures by name, as ``kinopix analyse --json`` prints them."""
+
+    settings: Mapping[str, Any]
+    """How it was done."""
+
+
+class RecordingInfo(Frozen):
+    """One recording, without its values."""
+
+    path: Path
+    """The file."""
+
+    file_bytes: NonNegativeInt
+    """Length of the file, in bytes."""
+
+    title: str
+    """One line for people."""
+
+    program: str
+    """Who wrote it."""
+
+    version: str
+    """Version of that program."""
+
+    layout: str
+    """Version of the file's layout."""
+
+    state: RecordingState
+    """Whether the run came to its end, or goes on now."""
+
+    interrupted: str
+    """Why the run ended early; empty where it did not, or where nobody could write it down."""
+
+    process_id: int | None
+    """The process that records now; None where none does."""
+
+    start_time: str
+    """ISO 8601, UTC."""
+
+    end_time: str
+    """The same; empty where the run goes on or was cut off."""
+
+    plan: SerializeAsAny[Plan]
+    """What was asked for."""
+
+    picture_time_s: PositiveFloat
+    """Time from one pattern to the next, as read back from the modulator, in seconds."""
+
+    frames: NonNegativeInt
+    """Frames recorded; the last one may be a part."""
+
+    frames_masked: NonNegativeInt | None
+    """Of those, frames that analysis leaves out; None where no audit has been stored."""
+
+    photon_counts: bool
+    """Whether values are photon counts."""
+
+    edge_times: bool
+    """Whether it holds hardware times of the sync edges."""
+
+    truth: bool
+    """Whether it holds what really was there, as simulated runs do."""
+
+    timing: TimingReport | None
+    """The timing audit; None where there is none."""
+
+    devices: Mapping[str, DeviceIdentity]
+    """Identity of each device by role, where the bench told it."""
+
+    analysis: AnalysisInfo | None
+    """The analysis; None where there is none."""
+
+
+def recording_info(path: str | Path) -> RecordingInfo:
+    """Tell what a recording is. Reads shapes, attributes, texts and the mask, and no values; a run that goes on is not disturbed.
+
+    Raises:
+        InputError: as ``open_recording``.
+    """
+    path = Path(path)
+    marked = path.is_file() and is_marked(path)  # asked first: who has the file open holds a lock too
+    with opened_recording(path) as entry:
+        plan = plan_of(path, entry)
+        shape = entry.shape(layout.VALUES)
+        refuse_narrow_values(path, shape, plan)
+        state = _state(entry, marked=marked)
+        writer = entry.attribute_of(layout.PROGRAM_NAME, "process_id") if state == "being recorded" else None
+        return RecordingInfo(
+            path=path,
+            file_bytes=path.stat().st_size,
+            title=_text(entry, "title"),
+            program=_text(entry, layout.PROGRAM_NAME),
+            version=str(entry.attribute_of(layout.PROGRAM_NAME, "version")),
+            layout=str(entry.attribute_of("definition", "version")),
+            state=state,
+            interrupted=_text(entry, layout.INTERRUPTED),
+            process_id=None if writer is None else int(writer),
+            start_time=_text(entry, layout.START_TIME),
+            end_time=_text(entry, layout.END_TIME),
+            plan=plan,
+            picture_time_s=entry.number(layout.PICTURE_TIME_S),
+            frames=shape[0],
+            frames_masked=_masked(path, entry, shape[0]),
+            photon_counts=bool(entry.number(layout.PHOTON_COUNTS)),
+            edge_times=bool(np.isfinite(entry.head(layout.EDGE_TIME_S, _LOOKED_AT)).any()),
+            truth=layout.TRUTH_IMAGE in entry and entry.shape(layout.TRUTH_DISPLACEMENT_PX)[0] > 0,
+            timing=timing_of(entry),
+            devices=_devices(entry),
+            analysis=_analysis(entry),
+        )
+
+
+def _text(entry: Group, name: str) -> str:
+    return entry.text(name) if name in entry else ""
+
+
+def _state(entry: Group, *, marked: bool) -> RecordingState:
+    if int(entry.attribute("complete")):
+        return "complete"
+    if has_ended(entry):
+        return "interrupted"
+    return "being recorded" if marked else "cut off"
+
+
+def _masked(path: Path, entry: Group, frames: int) -> int | None:
+    if layout.FRAME_VALID not in entry:  # layout 1.0
+        return None
+    valid = entry.array(layout.FRAME_VALID)
+    if not len(valid):  # not finished yet, or never
+        return None
+    refuse_other_mask(path, len(valid), frames)
+    return int(len(valid) - np.count_nonzero(valid))
+
+
+def _devices(entry: Group) -> dict[str, DeviceIdentity]:
+    devices: dict[str, DeviceIdentity] = {}
+    for role in ROLES:
+        name = f"instrument/{role.name}"
+        if f"{name}/name" in entry:
+            group = entry.at(name)
+            texts = {key: _text(group, key) for key in DeviceIdentity.model_fields if key != "simulated"}
+            devices[role.name] = DeviceIdentity(**texts, simulated=bool(group.number("simulated")))
+    return devices
+
+
+def _analysis(entry: Group) -> AnalysisInfo | None:
+    if "analysis" not in entry:
+        return None
+    analysis = entry.at("analysis")
+    return AnalysisInfo(
+        date=_text(analysis, "date"),
+        program=_text(analysis, "program"),
+        version=_text(analysis, "version"),
+        table=json.loads(_text(analysis, "table") or "{}"),
+        settings=json.loads(_text(analysis, "settings") or "{}"),
+    )
