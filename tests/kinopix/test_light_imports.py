@@ -2,14 +2,10 @@
 
 from pathlib import Path
 
-import pytest
-
 from instrument.plan import Plan
 from instrument.storage import RecordingWriter
 from tests.kinopix.fresh import loaded_by, loaded_by_command
 from tests.support.benches import bench_toml, plan_toml
-
-_LOADS_ITS_SESSION = "the run command loads its session at import"
 
 
 def test_kinopix_alone_loads_no_library(tmp_path: Path) -> None:
@@ -28,12 +24,10 @@ def test_reading_a_recording_loads_neither_solver_nor_plotting(tmp_path: Path) -
     assert loaded_by(tmp_path, code) == {"h5py", "numpy", "pydantic"}
 
 
-@pytest.mark.xfail(strict=True, reason=_LOADS_ITS_SESSION)
 def test_help_is_answered_without_a_library(tmp_path: Path) -> None:
     assert loaded_by_command(tmp_path, "--help") & {"matplotlib", "numba", "numpy", "scipy"} == set()
 
 
-@pytest.mark.xfail(strict=True, reason=_LOADS_ITS_SESSION)
 def test_a_check_on_a_simulated_bench_loads_neither_solver_nor_plotting(tmp_path: Path) -> None:
     bench_toml(tmp_path)
     plan_toml(tmp_path)
