@@ -190,7 +190,7 @@ def choose(root: Path, paths: Sequence[str], count: int, seed: int) -> list[Muta
     return random.Random(seed).sample(every, min(count, len(every)))
 
 
-def tests_for(root: Path, path: str) -> tuple[str, ...]:
+def belonging_tests(root: Path, path: str) -> tuple[str, ...]:
     """Give the tests that belong to a file: those named as it, then all of the folder that mirrors its own, or the next above."""
     folder = Path(path).parent
     while not any((root / "tests" / folder).rglob("test_*.py")):
@@ -289,7 +289,7 @@ def main() -> None:
     with TemporaryDirectory(prefix="kinopix-mutations-") as home:
         tree = Tree(Path(home), root)
         for mutant in mutants:
-            tests = tuple(asked.tests or tests_for(root, mutant.path))
+            tests = tuple(asked.tests or belonging_tests(root, mutant.path))
             if tests not in times_s:
                 begin_s = time.monotonic()
                 if not tree.passes(tests):
