@@ -1,10 +1,12 @@
 """Random small changes of the source, one at a time: which of them does a test notice?
 
-``python -m benchmarks.mutations [--seed 1] [--count 30] [--paths instrument/schemes ...] [--tests tests/instrument ...]``, from the
-repository's root. The copy of the tree that it changes lies in a temporary folder, together with all that its tests write.
+``python -m benchmarks.mutations [--seed 1] [--count 30] [--paths instrument/schemes ...] [--tests tests/instrument ...]``
 
-A change swaps a sign, a factor, a bound, an ``and``, a minimum, a truth value, or alters a number. Left alone: what the type checker
-holds (annotations, decorators), the text of messages, and the order of the alternatives of a type.
+Run it from the repository's root. The copy of the tree that it changes lies in a temporary folder, together with all that its
+tests write.
+
+A change swaps a sign, a factor, a bound, an ``and``, a minimum or a truth value, or alters a number. What the type checker holds
+(annotations, decorators, aliases of types) and the text of messages are left alone.
 """
 
 import argparse
@@ -18,6 +20,7 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final, Literal, TypeAlias
@@ -113,13 +116,15 @@ class _Finder:
 
     @staticmethod
     def _children(node: ast.AST) -> Iterator[ast.AST]:
-        held_elsewhere = {"annotation", "returns", "decorator_list", "type_comment"}
+        held_elsewhere = {"annotation", "returns", "decorator_list"}
         typing_only = isinstance(node, ast.JoinedStr) or (
             isinstance(node, ast.AnnAssign) and "TypeAlias" in ast.unparse(node.annotation)
         )
         for name, value in () if typing_only else ast.iter_fields(node):
             if name not in held_elsewhere:
-                yield from (item for item in (value if isinstance(value, list) else [value]) if isinstance(item, ast.AST))
+                yield from (
+                    item for item in (value if isinstance(value, list) else [value]) if isinstance(item, ast.AST)
+                )
 
     def _of(self, node: ast.AST) -> Iterator[Mutant]:
         match node:
@@ -129,7 +134,7 @@ class _Finder:
                 for first, op, second in zip([left, *comparators], ops, comparators, strict=False):
                     yield from self._between(first, op, second)
             case ast.BoolOp(op=op, values=values):
-                for first, second in zip(values, values[1:], strict=False):
+                for first, second in pairwise(values):
                     yield from self._between(first, op, second)
             case ast.UnaryOp(op=ast.USub()):
                 yield self._at(node.lineno, self._start(node), "-", "")

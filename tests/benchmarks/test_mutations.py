@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.mutations import Tree, choose, mutants_of, belonging_tests
+from benchmarks.mutations import Tree, belonging_tests, choose, mutants_of
 
 KEPT = '''"""Nothing of this can be changed: 1 + 1."""
 from typing import Literal, TypeAlias

@@ -22,7 +22,8 @@ FRAMES, SIZE = 120, 64
 
 def line(time_s: Floats) -> Floats:
     """16 px across and 8 px up in 36 ms, the length of the run, from (10, 20) px on."""
-    return np.outer(time_s / 36e-3, [16.0, -8.0]) + [10.0, 20.0]
+    way: Floats = np.outer(time_s / 36e-3, [16.0, -8.0]) + np.array([10.0, 20.0])
+    return way
 
 
 def recorded(scheme: str = "fourier-hadamard", *, resting: bool = False) -> Recording:
@@ -88,7 +89,9 @@ def test_the_image_with_the_motion_ignored_is_the_inverse_transform(moved: Recor
 def test_a_scheme_that_only_tracks_has_a_path_and_no_image() -> None:
     found = analyse(recorded("fourier-3step"))
     assert found.trajectory is not None
-    assert found.image is found.ignored is found.reconstruction is None
+    assert found.image is None
+    assert found.ignored is None
+    assert found.reconstruction is None
     assert (found.refinements, found.figures.misfit, found.figures.psnr_db) == (0, None, None)
 
 

@@ -43,7 +43,7 @@ def test_frames_are_counted_and_masked_ones_among_them() -> None:
     figures = figures_of(measured(np.array(50.0)), None, None, None, 0.5)
     assert (figures.frames, figures.frames_masked, figures.analysis_s) == (20, 1, 0.5)
     assert figures.light_change == 0
-    assert figures.travel_px is figures.sigma_px is figures.misfit is figures.psnr_db is None
+    assert (figures.travel_px, figures.sigma_px, figures.misfit, figures.psnr_db) == (None,) * 4
     assert figures.doubts == ()
 
 
@@ -54,11 +54,12 @@ def test_without_a_truth_travel_and_uncertainty_are_all_that_is_said_of_a_path()
     assert figures.travel_px == (19.0, -9.5)
     assert figures.sigma_px == 0.25
     assert figures.misfit == 1.25
-    assert figures.displacement_mse_px2 is figures.psnr_db is figures.ssim_global is figures.ssim_local is None
+    needing_truth = (figures.displacement_mse_px2, figures.psnr_db, figures.ssim_global, figures.ssim_local)
+    assert needing_truth == (None,) * 4
 
 
 def test_errors_against_the_truth_by_hand() -> None:
-    """x is 0.2 px off everywhere, y by 0.4 px in every other frame: means of 0.04 and 0.08, of which 0 and 0.04 are left."""
+    """X is 0.2 px off everywhere, y by 0.4 px in every other frame: means of 0.04 and 0.08, of which 0 and 0.04 are left."""
     truth = Truth(displacement_px=STEPS, image=SQUARE)
     off = np.stack([np.full(FRAMES, 0.2), 0.4 * (np.arange(FRAMES) % 2)], axis=1)
     figures = figures_of(measured(np.array(50.0)), truth, path_of(STEPS + off), image_of(SQUARE + 0.1), 0.5)
