@@ -1,5 +1,6 @@
 """Kinopix's packages are its own, whatever lies beside a script or was imported before."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -17,7 +18,10 @@ def python(code: str, folder: Path) -> subprocess.CompletedProcess[str]:
     """Run a script beside whatever lies in ``folder``, which Python searches first."""
     script = folder / "script.py"
     script.write_text(f"import sys\nsys.path.insert(1, {str(HOME)!r})\n{code}\n")
-    return subprocess.run([sys.executable, str(script)], capture_output=True, text=True, cwd=folder, check=False)
+    bare = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    return subprocess.run(
+        [sys.executable, str(script)], capture_output=True, text=True, cwd=folder, env=bare, check=False
+    )
 
 
 @pytest.mark.parametrize("name", PACKAGES)
