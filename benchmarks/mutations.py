@@ -116,26 +116,33 @@ class _Finder:
 
     @staticmethod
     def _children(node: ast.AST) -> Iterator[ast.AST]:
-        held_elsewhere = {"annotation", "returns", "decorator_list"}
-        typing_only = isinstance(node, ast.JoinedStr) or (
-            isinstance(node, ast.AnnAssign) and "TypeAlias" in ast.unparse(node.annotation)
-        )
-        for name, value in () if typing_only else ast.iter_fields(node):
-            if name not in held_elsewhere:
-                yield from (
-                    item for item in (value if isinstance(value, list) else [value]) if isinstance(item, ast.AST)
-                )
+        """Give the nodes below, but for those that are left alone."""
+        left_alone: list[ast.AST | None] = []
+        match node:
+            case ast.JoinedStr():
+                return
+            case ast.FunctionDef(decorator_list=decorators, returns=returns):
+                left_alone = [*decorators, returns]
+            case ast.ClassDef(decorator_list=decorators):
+                left_alone = [*decorators]
+            case ast.arg(annotation=annotation):
+                left_alone = [annotation]
+            case ast.AnnAssign(annotation=alias, value=value):
+                left_alone = [alias, value if "TypeAlias" in ast.unparse(alias) else None]
+            case _:
+                pass
+        yield from (child for child in ast.iter_child_nodes(node) if not any(child is left for left in left_alone))
 
     def _of(self, node: ast.AST) -> Iterator[Mutant]:
         match node:
             case ast.BinOp(left=left, op=op, right=right) | ast.AugAssign(target=left, op=op, value=right):
                 yield from self._between(left, op, right)
             case ast.Compare(left=left, ops=ops, comparators=comparators):
-                for first, op, second in zip([left, *comparators], ops, comparators, strict=False):
-                    yield from self._between(first, op, second)
-            case ast.BoolOp(op=op, values=values):
+                for first, comparison, second in zip([left, *comparators], ops, comparators, strict=False):
+                    yield from self._between(first, comparison, second)
+            case ast.BoolOp(op=junction, values=values):
                 for first, second in pairwise(values):
-                    yield from self._between(first, op, second)
+                    yield from self._between(first, junction, second)
             case ast.UnaryOp(op=ast.USub()):
                 yield self._at(node.lineno, self._start(node), "-", "")
             case ast.UnaryOp(op=ast.Not()):

@@ -27,7 +27,8 @@ def test_times_of_a_run_by_hand() -> None:
     assert plan.frame_time_s == pytest.approx(300e-6)
     assert plan.run_time_s == pytest.approx(0.4998)
     pairs = Plan.model_validate({"frames": 10, "scheme": "hadamard"})
-    assert (pairs.patterns, pairs.frame_time_s) == (20, pytest.approx(100e-6))
+    assert pairs.patterns == 20
+    assert pairs.frame_time_s == pytest.approx(100e-6)
     assert plan.grid(1920, 1080).origin == ((1080 - 256) // 2, (1920 - 256) // 2)
 
 

@@ -82,7 +82,7 @@ def test_importing_the_command_s_module_runs_nothing() -> None:
 
 
 def test_the_public_names_are_those_of_the_framework() -> None:
-    assert dir(kinopix) == sorted(instrument.__dir__())
+    assert dir(kinopix) == sorted(dir(instrument))
     assert {"Instrument", "Plan", "analyse", "track"} <= set(dir(kinopix))
     assert kinopix.Plan is instrument.Plan
     with pytest.raises(AttributeError, match="module 'kinopix' has no attribute 'holography'"):

@@ -105,7 +105,8 @@ def _variance(amplitude: Floats | None, left: float = 0.0) -> Floats:
 
     hadamard = View(left * BLOCK_SIGN, np.ones((ROWS, 2)))
     found = Evidence((axis_view([3.0, 0.0]), axis_view([0.0, 3.0])), hadamard)
-    return _step(found, np.arange(ROWS), FLAT).sigma_px[-1] ** 2
+    variance: Floats = _step(found, np.arange(ROWS), FLAT).sigma_px[-1] ** 2
+    return variance
 
 
 QUICK = np.tile([1.0, -1.0], ROWS // 2)
