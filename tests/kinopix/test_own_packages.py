@@ -87,3 +87,9 @@ def test_the_public_names_are_those_of_the_framework() -> None:
     assert kinopix.Plan is instrument.Plan
     with pytest.raises(AttributeError, match="module 'kinopix' has no attribute 'holography'"):
         getattr(kinopix, "holography")  # noqa: B009 - a plain attribute would be refused by the type checkers
+
+
+def test_what_lies_beside_our_packages_is_not_claimed(tmp_path: Path) -> None:
+    """A lab's own ``examples.py`` stays the lab's, though the repository has a folder of that name."""
+    (tmp_path / "examples.py").write_text("NAME = 'ours'\n")
+    assert python("import kinopix, examples\nprint(examples.NAME)", tmp_path).stdout == "ours\n"

@@ -195,3 +195,10 @@ def test_no_valid_frame_says_nothing_of_an_image() -> None:
         Measurement.of(nothing).image_values(steady_object=True)
     with pytest.raises(InputError, match="no frame with light in a recording of 4 frames, 0 of them valid"):
         Measurement.of(nothing).observe(steady=True)
+
+
+def test_the_variance_of_values_divided_by_the_lamp_is_divided_by_its_square() -> None:
+    """At 1.2 times the mean light the same noise is 1 / 1.44 of the variance, at 0.8 times it is 1 / 0.64."""
+    lamp = np.linspace(1.2, 0.8, 200)
+    found = Measurement.of(_recording(_steady(200) * lamp[:, None])).image_values(steady_object=True)
+    np.testing.assert_allclose(found.fixed_variance[0] / found.fixed_variance[-1], 0.64 / 1.44, rtol=0.02)
