@@ -294,6 +294,7 @@ def main() -> None:
     parser.add_argument("--paths", nargs="+", default=list(SOURCES), help="files and folders to change")
     parser.add_argument("--tests", nargs="+", help="tests to run, instead of those that belong to the changed file")
     asked = parser.parse_args()
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it, tests send it
     root = Path.cwd()
     mutants = choose(root, asked.paths, asked.count, asked.seed)
     times_s: dict[tuple[str, ...], float] = {}
