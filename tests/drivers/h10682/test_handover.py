@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.h10682.handover import Handover, collect
+from drivers.h10682.handover import Handover, bins_per_block, collect
 from protocols import CounterOverrun, CounterRun
 from tests.drivers.h10682.clock import ScriptClock
 
@@ -127,3 +127,39 @@ def test_however_halves_of_bins_arrive_the_blocks_join_up_to_the_same_run(
     n = min(counts_sent, ticks_sent, n_bins)
     assert counts == list(range(n))
     assert edges == [k * (k - 1) / 2 for k in range(n)]
+
+
+def test_without_a_time_out_one_look_takes_what_is_there() -> None:
+    clock, handover, asked = ScriptClock(), Handover(10), list[int]()
+    assert len(collect(handover, asked.append, run=RUN, clock=clock, timeout_s=0.0)) == 0
+    assert (asked, clock.pauses_s) == ([1], [])
+
+
+def test_what_is_in_hand_is_held_back_for_one_latency_at_most() -> None:
+    """One bin at the first look, none after it: of a time-out of a second, one latency of 40 ms is waited."""
+    clock, handover = ScriptClock(), Handover(10)
+    arriving = iter([u32(4)])
+
+    def poll(_least: int) -> None:
+        handover.add(next(arriving, u32()))
+
+    assert collect(handover, poll, run=RUN, clock=clock, timeout_s=1.0).counts.tolist() == [4]
+    assert clock.pauses_s == pytest.approx([0.04])
+
+
+@pytest.mark.parametrize(
+    ("latency_s", "period_s", "bins"), [(0.04, 0.01, 4), (0.04, 0.03, 1), (0.01, 0.1, 1), (0.05, 50e-6, 1000)]
+)
+def test_a_block_is_what_closes_in_one_latency(latency_s: float, period_s: float, bins: int) -> None:
+    assert bins_per_block(CounterRun(n_bins=10, period_s=period_s, latency_s=latency_s)) == bins
+
+
+def test_a_fault_is_noted_only_where_bins_are_missing() -> None:
+    handover = Handover(1)
+    assert handover.notes == []
+    handover.fail(broken())
+    handover.fail(CounterOverrun(saw="a later one", expected="none", remedy="look"))
+    assert handover.notes == ["the run broke off: saw a gap; expected none. To do: look."]
+    handover.add(u32(4))
+    handover.take()
+    assert handover.notes == []

@@ -10,6 +10,7 @@ from instrument.measurement import Measurement, noise_variance
 from instrument.plan import Plan
 from instrument.recording import Recording
 from protocols import Floats, InputError
+from tests.support.plans import plan_of
 
 
 def _recording(values: Floats, **more: Any) -> Recording:
@@ -109,3 +110,95 @@ def test_darkness_is_no_light_to_follow() -> None:
     noise = np.random.default_rng(2).standard_normal((400, 6))
     with pytest.raises(InputError, match="light well above the noise"):
         Measurement.of(_recording(noise)).observe(steady=False)
+
+
+def test_the_lamp_is_divided_out_however_dim_its_light_is() -> None:
+    """Values in units of which the whole field has a hundredth."""
+    values = 1e-4 * _steady(200)
+    values[:, 4], values[:, 5] = 70e-4, 30e-4
+    lamp = np.linspace(1.2, 0.8, 200)
+    dim = Measurement.of(_recording(values * lamp[:, None])).image_values(steady_object=True)
+    np.testing.assert_allclose(dim.difference, 40e-4, rtol=0.01)
+
+
+def test_of_seven_frames_nothing_is_smoothed_and_of_eight_it_is() -> None:
+    """Counts of H+ and H- of 30 and 90 in turn: each pair has the variance 60, unless neighbours are averaged."""
+    counts = np.full((8, 6), 50.0)
+    counts[0::2, 4:], counts[1::2, 4:] = 30.0, 90.0
+    few = Measurement.of(_recording(counts[:7], photon_counts=True)).image_values(steady_object=True)
+    assert few.difference_variance.tolist() == [60, 180, 60, 180, 60, 180, 60]
+    more = Measurement.of(_recording(counts, photon_counts=True)).image_values(steady_object=True)
+    assert np.ptp(more.difference_variance) < 60
+
+
+def test_the_noise_of_photons_is_that_of_their_number() -> None:
+    """Six values of 50 counts each, H+ and H- of 30 and 70: the mean variance is 50, whatever the pair's halves."""
+    counts = np.full((40, 6), 50.0)
+    counts[:, 4], counts[:, 5] = 30.0, 70.0
+    found = Measurement.of(_recording(counts, photon_counts=True)).image_values(steady_object=True)
+    assert found.noise == pytest.approx(np.sqrt(50.0))
+    np.testing.assert_allclose(found.difference_sigma, 10.0)
+    np.testing.assert_allclose(found.fixed_variance, 50.0)
+
+
+def test_a_run_without_noise_is_taken_to_have_a_little() -> None:
+    """Half a thousandth of the root mean square of the values, 50: 0.025 each."""
+    found = Measurement.of(_recording(_steady(40))).image_values(steady_object=True)
+    assert found.noise == pytest.approx(0.025)
+
+
+def test_a_masked_frame_is_dark_in_the_total_and_left_out_of_the_light_s_change() -> None:
+    values = _steady(20)
+    values[4] *= 3
+    valid = np.arange(20) != 4
+    measured = Measurement.of(_recording(values, frame_valid=valid))
+    assert measured.total[4] == 0
+    assert measured.light_change() == 0
+    assert len(measured) == 20
+
+
+def test_a_total_of_the_position_patterns_themselves_stays_as_it_is() -> None:
+    """Three-step fringes add to the light: flicker and noise cannot be told apart there."""
+    values = 50 + np.random.default_rng(3).standard_normal((200, 6))
+    recording = Recording(plan_of("fourier-3step", 200, 16), values, np.ones(200, np.bool_), 50e-6)
+    measured = Measurement.of(recording)
+    np.testing.assert_array_equal(measured.steady_total, measured.total)
+    np.testing.assert_allclose(measured.total, values.sum(axis=1) / 3)
+
+
+@pytest.mark.parametrize(("frames", "smoothed"), [(7, False), (8, True)])
+def test_fewer_than_eight_frames_are_too_few_to_smooth_the_light(frames: int, *, smoothed: bool) -> None:
+    values = _steady(frames)
+    values[1::2, 4:] += 1.0
+    measured = Measurement.of(_recording(values))
+    assert bool(np.ptp(measured.steady_total) < np.ptp(measured.total) / 2) is smoothed
+
+
+def test_the_mean_light_must_stand_five_standard_errors_above_nothing() -> None:
+    """Frames of 2 and 0 in turn, about a mean: 100 of them have a deviation of 1 and a standard error of 0.1."""
+
+    def observed(mean: float) -> Measurement:
+        values = np.zeros((100, 6))
+        values[:, 4] = mean + np.tile([1.0, -1.0], 50)
+        measured = Measurement.of(_recording(values))
+        measured.observe(steady=False)
+        return measured
+
+    assert observed(0.51).total.mean() == pytest.approx(0.51)
+    with pytest.raises(InputError, match=r"a mean light of 0\.49 with a standard error of 0\.1"):
+        observed(0.49)
+
+
+def test_no_valid_frame_says_nothing_of_an_image() -> None:
+    nothing = _recording(_steady(4), frame_valid=np.zeros(4, np.bool_))
+    with pytest.raises(InputError, match="no valid frame in a recording of 4"):
+        Measurement.of(nothing).image_values(steady_object=True)
+    with pytest.raises(InputError, match="no frame with light in a recording of 4 frames, 0 of them valid"):
+        Measurement.of(nothing).observe(steady=True)
+
+
+def test_the_variance_of_values_divided_by_the_lamp_is_divided_by_its_square() -> None:
+    """At 1.2 times the mean light the same noise is 1 / 1.44 of the variance, at 0.8 times it is 1 / 0.64."""
+    lamp = np.linspace(1.2, 0.8, 200)
+    found = Measurement.of(_recording(_steady(200) * lamp[:, None])).image_values(steady_object=True)
+    np.testing.assert_allclose(found.fixed_variance[0] / found.fixed_variance[-1], 0.64 / 1.44, rtol=0.02)
