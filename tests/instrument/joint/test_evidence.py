@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from instrument.joint.evidence import AxisView, Evidence, View, evidence
-from instrument.joint.refine import _step
+from instrument.joint.evidence import AxisView, Evidence, View, evidence_of
+from instrument.joint.refine import _gauss_newton_step
 from instrument.measurement import Measurement
 from instrument.plan import Plan
 from instrument.reconstruction import Problem
@@ -47,7 +47,7 @@ def _seen(problem: Problem, move_px: tuple[float, float] = (0.0, 0.0), brightnes
     image = blobs(SIZE, 3)
     total = problem.values.positive + problem.values.negative
     moved = replace(problem, places=places)
-    return evidence(moved, problem.fixed_patterns(), total, (brightness * image).astype(np.float32))
+    return evidence_of(moved, problem.fixed_patterns(), total, (brightness * image).astype(np.float32))
 
 
 @pytest.mark.parametrize("axis", [0, 1])
@@ -104,8 +104,8 @@ def _variance(amplitude: Floats | None, left: float = 0.0) -> Floats:
         return AxisView(View(np.zeros(ROWS), np.tile(slope, (ROWS, 1))), amplitude)
 
     hadamard = View(left * BLOCK_SIGN, np.ones((ROWS, 2)))
-    found = Evidence((axis_view([3.0, 0.0]), axis_view([0.0, 3.0])), hadamard)
-    variance: Floats = _step(found, np.arange(ROWS), FLAT).sigma_px[-1] ** 2
+    found = Evidence(axis_view([3.0, 0.0]), axis_view([0.0, 3.0]), hadamard)
+    variance: Floats = _gauss_newton_step(found, np.arange(ROWS), FLAT).sigma_px[-1] ** 2
     return variance
 
 
