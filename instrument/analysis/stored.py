@@ -6,7 +6,7 @@ from instrument.analysis.analyse import Analysis, OnStep, analyse
 from instrument.analysis.merit import Figures
 from instrument.choices import Method, Tracking
 from instrument.recording import Recording
-from instrument.storage import open_recording, write_analysis
+from instrument.storage import open_recording, refuse_unchangeable, refuse_while_written, write_analysis
 
 
 def analyse_path(
@@ -16,9 +16,10 @@ def analyse_path(
     method: Method = "tv",
     frames: int | None = None,
     background: str | Path | None = None,
+    results: str | Path | None = None,
     on_step: OnStep | None = None,
 ) -> Figures:
-    """Analyse a recording, write ``/entry/analysis`` into it, and give its figures.
+    """Analyse a recording, write ``/entry/analysis`` into it or into a copy, and give its figures.
 
     Args:
         path: of the recording.
@@ -26,30 +27,46 @@ def analyse_path(
         method: how the image is made.
         frames: use the first so many only; None for all.
         background: recording of the same plan without the object, to be subtracted.
+        results: a new file for a copy with the analysis, which leaves the recording as it is; None writes into the recording.
         on_step: told of progress.
 
     Raises:
-        InputError: no readable recording, no usable frame, an object that leaves the field.
+        InputError: no readable recording, one that is being written or may not be changed, no usable frame, an object that
+            leaves the field.
     """
-    recording = recording_to_analyse(path, background)
+    recording = recording_to_analyse(path, background, results)
     used = recording if frames is None else recording.first(frames)
     analysis = analyse(used, tracking=tracking, method=method, on_step=on_step)
-    store(path, recording, analysis)
+    store(path, recording, analysis, results)
     return analysis.figures
 
 
-def recording_to_analyse(path: str | Path, background: str | Path | None = None) -> Recording:
+def recording_to_analyse(
+    path: str | Path, background: str | Path | None = None, results: str | Path | None = None
+) -> Recording:
     """Open a recording and, where one is given, take a background off it.
 
+    Whatever would keep the analysis from being stored is refused here, before the work.
+
+    Args:
+        path: of the recording.
+        background: of the same plan without the object.
+        results: where a copy with the analysis is to go; None for the recording itself.
+
     Raises:
-        InputError: no readable recording, or a background that does not go with it.
+        InputError: no readable recording, one that is being written or may not be changed, or a background that is being
+            written or does not go with it.
     """
+    refuse_unchangeable(Path(path), None if results is None else Path(results))
     recording = open_recording(path)
-    return recording if background is None else recording.minus(open_recording(background))
+    if background is None:
+        return recording
+    refuse_while_written(Path(background))
+    return recording.minus(open_recording(background))
 
 
-def store(path: str | Path, recording: Recording, analysis: Analysis) -> None:
-    """Write an analysis into its recording; frames that were left out at the end are NaN there.
+def store(path: str | Path, recording: Recording, analysis: Analysis, results: str | Path | None = None) -> None:
+    """Write an analysis into its recording, or a copy of it; frames that were left out at the end are NaN there.
 
     Raises:
         InputError: the file cannot be changed.
@@ -68,4 +85,5 @@ def store(path: str | Path, recording: Recording, analysis: Analysis) -> None:
             "frames": analysis.figures.frames,
             "refinements": analysis.refinements,
         },
+        into=results,
     )

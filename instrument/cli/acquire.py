@@ -11,6 +11,7 @@ from instrument.live import LiveAnalysis
 from instrument.plan import Plan
 from instrument.recording import Recording
 from instrument.session import BlockEvent, Event, Instrument, Listener, UploadEvent
+from instrument.storage import remains_of
 from instrument.views import OUT, LiveView, check_table, progress, timing_table, warn
 
 POLISH_S: Final = 60.0
@@ -48,6 +49,8 @@ def record(bench: Path, plan: Plan, out: Path, *, overwrite: bool, live: bool = 
         KinopixError: as ``Instrument.run``; Ctrl-C ends the command with 130 after the bench was made safe.
     """
     bars = progress()
+    for left in remains_of(out):
+        warn(f"{left} was left behind by a program that ended early; the run removes it")
     analysis = LiveAnalysis(plan) if live else None
     with Instrument.from_toml(bench) as instrument, LiveView(bars) if live else bars as shown:
         listeners: list[Listener] = [_ProgressBars(bars, plan.patterns)]

@@ -6,7 +6,7 @@ from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Literal, Self, TypeAlias, cast
+from typing import Any, Final, Literal, Self, TypeAlias, cast
 
 import h5py  # pyright: ignore[reportMissingTypeStubs]
 import numpy as np
@@ -17,15 +17,29 @@ _h5py: Any = h5py
 Value: TypeAlias = str | bool | float | list[str] | NDArray[Any] | np.generic
 """What a dataset or an attribute can hold. Truth values are stored as uint8, which every program reads."""
 
-HDF5_ERRORS = (OSError, RuntimeError, KeyError)
+HDF5_ERRORS = (OSError, RuntimeError, LookupError, ValueError, TypeError, ArithmeticError, AttributeError, MemoryError)
 """What h5py raises for a file that is damaged."""
+
+_MOST_TEXT_BYTES: Final = 1 << 24
+"""Longest text that is read: the bench and the timing audit have some ten thousand bytes."""
+
+_MOST_PACKED: Final = 200
+"""How much smaller than its numbers a compressed dataset may be. Counts shrink to a tenth."""
 
 _FORMAT = ("v110", "v110")
 """File format of HDF5 1.10 (2016), the oldest that can be read while it is written (SWMR)."""
 
 
+class InUse(OSError):
+    """Another program has the file open for writing, and lets nobody read."""
+
+
+class WrongItem(ValueError):
+    """Something in the file is not what a recording has there. The message begins with its path inside the file."""
+
+
 class Group:
-    """A group of an HDF5 file."""
+    """A group of an HDF5 file. What is read is looked at first: files come from anywhere."""
 
     def __init__(self, handle: Any) -> None:
         """Wrap an ``h5py.Group``."""
@@ -46,7 +60,11 @@ class Group:
         for name, value in values.items():
             self.add(name, value)
 
-    def growing(self, name: str, row: tuple[int, ...], rows_per_chunk: int, **attributes: Value) -> "Growing":
+    def rows(self, name: str) -> "Growing":
+        """Give a dataset that can grow, to go on with it."""
+        return Growing(self._item(name))
+
+    def growing(self, name: str, row: tuple[int, ...], rows_per_chunk: int, **attributes: Value) -> None:
         """Create an empty float64 dataset of shape ``(0, *row)`` that can grow; what is not written is NaN."""
         dataset = self._handle.create_dataset(
             name,
@@ -57,7 +75,6 @@ class Group:
             fillvalue=np.nan,
         )
         _set_attributes(dataset, attributes)
-        return Growing(dataset)
 
     def set_attributes(self, **attributes: Value) -> None:
         """Set attributes of this group."""
@@ -67,11 +84,10 @@ class Group:
         """Create an empty text that can be overwritten while others read, as long as it has no more bytes than that."""
         self._handle.create_dataset(name, data=b"", dtype=_h5py.string_dtype("utf-8", room_bytes))
 
-    def add_flags_to_come(self, name: str, rows_per_chunk: int) -> "Growing":
-        """Create an empty dataset of flags that can grow; what is not written is 0."""
-        return Growing(
-            self._handle.create_dataset(name, shape=(0,), maxshape=(None,), chunks=(rows_per_chunk,), dtype=np.uint8)
-        )
+    def add_numbers_to_come(self, name: str, rows_per_chunk: int, kind: type[np.generic], **attributes: Value) -> None:
+        """Create an empty dataset of whole numbers that can grow; what is not written is 0."""
+        dataset = self._handle.create_dataset(name, shape=(0,), maxshape=(None,), chunks=(rows_per_chunk,), dtype=kind)
+        _set_attributes(dataset, attributes)
 
     def set_value(self, name: str, value: Value) -> None:
         """Overwrite a dataset with a value of the same shape and type, or a text that fits.
@@ -95,40 +111,122 @@ class Group:
         self._handle.file.flush()
 
     def __contains__(self, name: str) -> bool:
-        """Whether a dataset or group of that path is there."""
-        return name in self._handle
+        """Whether a dataset or group of that path is there.
+
+        Raises:
+            WrongItem: a soft or external link is on the way, which is never followed.
+        """
+        return self._find(name) is not None
 
     def at(self, name: str) -> "Group":
-        """The group at a path below this one."""
-        return Group(self._handle[name])
+        """The group at a path below this one.
+
+        Raises:
+            WrongItem: it is missing, something else, or behind a soft or external link. So for all that is read.
+        """
+        found = self._item(name)
+        if not isinstance(found, _h5py.Group):
+            raise WrongItem(f"{found.name} is no group")
+        return Group(found)
 
     def text(self, name: str) -> str:
         """A dataset of one string."""
-        return cast("str", self._handle[name].asstr()[()])
+        dataset = self._dataset(name)
+        kind = _h5py.check_string_dtype(dataset.dtype)
+        if kind is None or dataset.shape != ():
+            raise WrongItem(f"{dataset.name} is no text, but {_described(dataset)}")
+        if (kind.length or 0) > _MOST_TEXT_BYTES:
+            raise WrongItem(f"{dataset.name} is a text of {kind.length} bytes, of at most {_MOST_TEXT_BYTES}")
+        with _reading(dataset.name):
+            return cast("str", dataset.asstr()[()])
 
     def number(self, name: str) -> float:
         """A dataset of one number."""
-        return float(self._handle[name][()])
+        dataset = self._numbers(name)
+        if dataset.shape != ():
+            raise WrongItem(f"{dataset.name} is not one number, but {_described(dataset)}")
+        with _reading(dataset.name):
+            return float(dataset[()])
 
     def array(self, name: str) -> NDArray[Any]:
-        """A whole dataset.
+        """A whole dataset of numbers.
 
         Raises:
             OSError: the file ends before the data do. HDF5 itself gives zeros then, if the file's writer was killed.
+            WrongItem: as ``at``; it holds no numbers, or has a shape for more numbers than the file holds.
         """
-        dataset = self._handle[name]
-        size, end = Path(dataset.file.filename).stat().st_size, _end_of_chunks(dataset)
-        if end > size:
-            raise OSError(f"truncated: {name} goes on to byte {end}, the file ends at {size}")
-        return cast("NDArray[Any]", dataset[...])
+        dataset = self._numbers(name)
+        with _reading(dataset.name):
+            size, end = Path(dataset.file.filename).stat().st_size, _end_of_chunks(dataset)
+            if end > size:
+                raise OSError(f"truncated: {name} goes on to byte {end}, the file ends at {size}")
+            _refuse_hollow(dataset, size)
+            return cast("NDArray[Any]", dataset[...])
 
     def attribute(self, key: str) -> Any:
         """An attribute of this group, or None where it is missing."""
-        return self._handle.attrs.get(key)
+        return _attribute(self._handle, key)
 
     def attribute_of(self, name: str, key: str) -> Any:
         """An attribute of a dataset or group, or None where it is missing."""
-        return self._handle[name].attrs.get(key)
+        return _attribute(self._item(name), key)
+
+    def refuse_foreign(self) -> None:
+        """Make sure that everything below this group is held by the file itself, so that it can be copied.
+
+        Raises:
+            WrongItem: names the first soft or external link, virtual dataset, dataset in other files, or object reference.
+        """
+
+        def look(name: str, link: Any) -> None:
+            where = f"{self._handle.name.rstrip('/')}/{name}"
+            if not isinstance(link, _h5py.HardLink):
+                raise WrongItem(f"{where} is a {_LINKS.get(type(link).__name__, 'link')}")
+            found = self._handle[name]
+            if isinstance(found, _h5py.Dataset):
+                _refuse_elsewhere(found)
+                if found.dtype.kind == "O" and _h5py.check_string_dtype(found.dtype) is None:
+                    raise WrongItem(f"{where} holds references")
+
+        with _reading(self._handle.name):
+            self._handle.visititems_links(look)
+
+    def _find(self, name: str) -> Any:
+        """What is at a path, by hard links alone; None where it is missing."""
+        found = self._handle["/"] if isinstance(self._handle, _h5py.File) else self._handle
+        for part in name.split("/"):
+            where = f"{found.name.rstrip('/')}/{part}"
+            if not isinstance(found, _h5py.Group):
+                raise WrongItem(f"{found.name} is no group")
+            with _reading(where):
+                if not found.id.links.exists(part.encode()):
+                    return None
+                kind = found.id.links.get_info(part.encode()).type
+                if kind != _h5py.h5l.TYPE_HARD:
+                    raise WrongItem(f"{where} is a link to somewhere else, which is not followed")
+                found = found[part]
+        return found
+
+    def _item(self, name: str) -> Any:
+        found = self._find(name)
+        if found is None:
+            raise WrongItem(f"{self._handle.name.rstrip('/')}/{name} is missing")
+        return found
+
+    def _dataset(self, name: str) -> Any:
+        found = self._item(name)
+        if not isinstance(found, _h5py.Dataset):
+            raise WrongItem(f"{found.name} is no dataset")
+        with _reading(found.name):
+            _refuse_elsewhere(found)
+            _ = found.dtype, found.shape
+        return found
+
+    def _numbers(self, name: str) -> Any:
+        dataset = self._dataset(name)
+        if dataset.dtype.kind not in "fiu":
+            raise WrongItem(f"{dataset.name} holds no numbers, but {_described(dataset)}")
+        return dataset
 
     def copy_to(self, target: "Group", without: str = "") -> None:
         """Copy attributes and everything below this group into ``target``, but for the child ``without``."""
@@ -169,16 +267,19 @@ class Growing:
 class File(Group):
     """An open HDF5 file; a context manager that closes it."""
 
-    def __init__(self, path: Path, mode: Literal["r", "w", "swmr"]) -> None:
+    def __init__(self, path: Path, mode: Literal["r", "w", "r+", "swmr"], *, locks: bool = True) -> None:
         """Open or create the file.
 
         Args:
             path: where it is.
-            mode: ``r`` reads, ``w`` creates and empties, ``swmr`` reads a file that a writer has open, or had open when it died.
+            mode: ``r`` reads, ``w`` creates and empties, ``r+`` goes on with it, ``swmr`` reads a file that a writer has open, or
+                had open when it died.
+            locks: whether HDF5 locks the file; not where the caller holds the lock already.
         """
-        keys = {"libver": _FORMAT} if mode == "w" else {"swmr": mode == "swmr"}
+        keys = {"libver": _FORMAT} if mode in {"w", "r+"} else {"swmr": mode == "swmr"}
         # Network drives often have no locks: that must not keep anybody from recording.
-        super().__init__(_h5py.File(path, "w" if mode == "w" else "r", locking="best-effort", **keys))
+        locking = "best-effort" if locks else False
+        super().__init__(_h5py.File(path, "r" if mode == "swmr" else mode, locking=locking, **keys))
 
     def let_others_read(self) -> None:
         """From now on others may read while this file is written, and it stays readable at whatever moment the writer dies.
@@ -229,6 +330,47 @@ def _end_of_chunks(dataset: Any) -> int:
     return max(ends)
 
 
+def _attribute(handle: Any, key: str) -> Any:
+    with _reading(f"{handle.name}/@{key}"):
+        return handle.attrs.get(key)
+
+
+_LINKS: Final = {"SoftLink": "soft link", "ExternalLink": "link into another file"}
+
+
+def _described(dataset: Any) -> str:
+    return f"{dataset.dtype} of shape {dataset.shape}"
+
+
+@contextmanager
+def _reading(where: str) -> Generator[None]:
+    """Name what is read, in whatever h5py says of it."""
+    try:
+        yield
+    except WrongItem:
+        raise
+    except HDF5_ERRORS as error:
+        if "truncated" in str(error):
+            raise
+        raise WrongItem(f"{where} cannot be read: {error}") from error
+
+
+def _refuse_elsewhere(dataset: Any) -> None:
+    """Refuse numbers that the file only points to: in other datasets, or in other files, which may be anything."""
+    if dataset.is_virtual or dataset.external:
+        raise WrongItem(f"{dataset.name} holds nothing itself: its data are elsewhere, which is not followed")
+
+
+def _refuse_hollow(dataset: Any, file_bytes: int) -> None:
+    """Refuse a shape that promises far more than is stored: HDF5 makes up the rest, and fills the memory with it."""
+    packed = dataset.id.get_create_plist().get_nfilters() > 0
+    there = min(dataset.id.get_storage_size(), file_bytes) * (_MOST_PACKED if packed else 1)
+    if dataset.nbytes > there:
+        raise WrongItem(
+            f"{dataset.name} is {_described(dataset)}, {dataset.nbytes} bytes, of which the file holds {there}"
+        )
+
+
 def _stored(value: Value) -> Any:
     if isinstance(value, bool) or (isinstance(value, np.ndarray) and value.dtype == np.bool_):
         return np.asarray(value, dtype=np.uint8)
@@ -249,13 +391,29 @@ def _refuse_cut_off(path: Path) -> None:
 
 @contextmanager
 def open_to_read(path: Path) -> Generator[File]:
-    """Open a file whole, or as its writer left it when it died, or as it is while it is being written."""
+    """Open a file whole, or as its writer left it when it died, or as it is while it is being written.
+
+    Raises:
+        InUse: another program has it open for writing, and lets nobody read.
+        OSError: it is damaged.
+    """
     try:
         file = File(path, "r")
     except OSError as error:
         if "already open for" not in str(error) and error.errno not in {errno.EAGAIN, errno.EACCES}:
             raise
         _refuse_cut_off(path)
-        file = File(path, "swmr")
+        file = _open_while_written(path)
     with file:
         yield file
+
+
+def _open_while_written(path: Path) -> File:
+    try:
+        return File(path, "swmr")
+    except OSError as error:
+        if error.errno in {errno.EAGAIN, errno.EACCES}:
+            raise InUse(str(error)) from error
+        if "not already open for SWMR" in str(error):
+            raise OSError("a program died while it changed the file, and did not close it") from error
+        raise
