@@ -62,13 +62,8 @@ def rewritten(path: Path, into: Path | None = None) -> Generator[Group]:
     except OSError as error:
         raise _unstorable(f"{target.parent}, where no file can be made ({error})") from error
     try:
-        with open_to_read(source) as old, File(part.path, "w", locks=False) as new:
-            old.copy_to(new, without="entry")
-            entry = new.group("entry", "NXentry")
-            old.at("entry").copy_to(entry, without="analysis")
-            if layout.FILE_BYTES in entry:
-                entry.set_value(layout.FILE_BYTES, np.int64(0))  # as in every file that is closed well
-            yield entry
+        with File(part.path, "w", locks=False) as new:
+            yield _copied(path, source, new)
         _give_what_goes_along(source, before, part.path)
         with part.path.open("rb+") as written:
             os.fsync(written.fileno())
@@ -85,6 +80,23 @@ def rewritten(path: Path, into: Path | None = None) -> Generator[Group]:
             part.release()
         else:
             part.discard()
+
+
+def _copied(path: Path, source: Path, new: File) -> Group:
+    try:
+        with open_to_read(source) as old:
+            old.copy_to(new, without="entry")
+            entry = new.group("entry", "NXentry")
+            old.at("entry").copy_to(entry, without="analysis")
+            if layout.FILE_BYTES in entry:
+                entry.set_value(layout.FILE_BYTES, np.int64(0))  # as in every file that is closed well
+    except HDF5_ERRORS as error:
+        raise InputError(
+            saw=f"{path}, which cannot be copied with its analysis: {error}",
+            expected="a sound recording, and room on the disk for its copy",
+            remedy="make room; if there is enough, take the recording from a backup",
+        ) from error
+    return entry
 
 
 def _put_in_place(part: Part, into: Path | None) -> None:

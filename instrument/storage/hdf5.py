@@ -172,24 +172,35 @@ class Group:
         return _attribute(self._item(name), key)
 
     def refuse_foreign(self) -> None:
-        """Make sure that everything below this group is held by the file itself, so that it can be copied.
+        """Make sure that everything in the file is held by the file itself, so that it can be copied.
 
         Raises:
             WrongItem: names the first soft or external link, virtual dataset, dataset in other files, or object reference.
         """
-
-        def look(name: str, link: Any) -> None:
-            where = f"{self._handle.name.rstrip('/')}/{name}"
-            if not isinstance(link, _h5py.HardLink):
-                raise WrongItem(f"{where} is a {_LINKS.get(type(link).__name__, 'link')}")
-            found = self._handle[name]
-            if isinstance(found, _h5py.Dataset):
-                _refuse_elsewhere(found)
-                if found.dtype.kind == "O" and _h5py.check_string_dtype(found.dtype) is None:
-                    raise WrongItem(f"{where} holds references")
-
-        with _reading(self._handle.name):
-            self._handle.visititems_links(look)
+        seen: set[tuple[int, int]] = set()
+        ahead: list[tuple[str, Any]] = [("", self._handle["/"])]
+        with _reading("/"):
+            _refuse_attribute_references("", self._handle["/"])
+        while ahead:
+            path, group = ahead.pop()
+            with _reading(path or "/"):
+                for name in group:
+                    where = f"{path}/{name}"
+                    kind = group.id.links.get_info(name.encode(errors="surrogateescape")).type
+                    if kind != _h5py.h5l.TYPE_HARD:
+                        raise WrongItem(f"{where} is a {_LINKS.get(kind, 'link')}")
+                    with _reading(where):
+                        found = group[name]
+                        about = _h5py.h5o.get_info(found.id)
+                        if (about.fileno, about.addr) in seen:
+                            continue
+                        seen.add((about.fileno, about.addr))
+                        if isinstance(found, _h5py.Group):
+                            ahead.append((where, found))
+                        elif isinstance(found, _h5py.Dataset):
+                            _refuse_elsewhere(found)
+                            _refuse_references(where, found.id.get_type())
+                        _refuse_attribute_references(where, found)
 
     def _find(self, name: str) -> Any:
         """What is at a path, by hard links alone; None where it is missing."""
@@ -335,7 +346,7 @@ def _attribute(handle: Any, key: str) -> Any:
         return handle.attrs.get(key)
 
 
-_LINKS: Final = {"SoftLink": "soft link", "ExternalLink": "link into another file"}
+_LINKS: Final = {_h5py.h5l.TYPE_SOFT: "soft link", _h5py.h5l.TYPE_EXTERNAL: "link into another file"}
 
 
 def _described(dataset: Any) -> str:
@@ -359,6 +370,16 @@ def _refuse_elsewhere(dataset: Any) -> None:
     """Refuse numbers that the file only points to: in other datasets, or in other files, which may be anything."""
     if dataset.is_virtual or dataset.external:
         raise WrongItem(f"{dataset.name} holds nothing itself: its data are elsewhere, which is not followed")
+
+
+def _refuse_references(where: str, kind: Any) -> None:
+    if kind.detect_class(_h5py.h5t.REFERENCE):
+        raise WrongItem(f"{where} holds references")
+
+
+def _refuse_attribute_references(where: str, handle: Any) -> None:
+    for key in handle.attrs:
+        _refuse_references(f"{where}/@{key}", handle.attrs.get_id(key).get_type())
 
 
 def _refuse_hollow(dataset: Any, file_bytes: int) -> None:

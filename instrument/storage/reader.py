@@ -8,7 +8,9 @@ from pydantic import ValidationError
 from instrument.plan import Plan
 from instrument.recording import Recording, TimingReport
 from instrument.storage import layout
-from instrument.storage.hdf5 import HDF5_ERRORS, Group, is_hdf5, open_to_read
+from instrument.storage.checksum import changed_frames
+from instrument.storage.hdf5 import HDF5_ERRORS, Group, InUse, is_hdf5, open_to_read
+from instrument.storage.in_use import in_use
 from instrument.storage.layout import unusable
 from protocols import Floats, InputError, Mask, Truth
 
@@ -16,21 +18,28 @@ from protocols import Floats, InputError, Mask, Truth
 def open_recording(path: str | Path) -> Recording:
     """Read a recording. A run that broke, or whose program was killed, is a shorter one with a mask.
 
+    A file from anywhere can be given: whatever is in it, the answer is a recording or an ``InputError``. Links out of the file
+    are never followed, and no more memory is taken than the file really fills.
+
     Raises:
-        InputError: no such file, no HDF5, no recording, of a later layout, truncated or damaged: says which.
+        InputError: no such file, no HDF5, no recording, of a later layout, truncated, damaged, changed after the run, or open
+            for writing in another program: says which, and the path inside the file.
     """
     path = Path(path)
     if not path.is_file():
-        what = "a folder" if path.is_dir() else "no such file"
+        what = "a folder" if path.is_dir() else "no ordinary file" if path.exists() else "no such file"
         raise unusable(path, what, "give the path of a recording (.h5)")
-    if not is_hdf5(path):
-        what = "an empty file" if path.stat().st_size == 0 else "something else than an HDF5 file"
-        raise unusable(path, what, "give the path of a recording (.h5)")
+    if path.stat().st_size == 0:
+        raise unusable(path, "an empty file", "give the path of a recording (.h5)")
     try:
+        if not is_hdf5(path):
+            raise unusable(path, "something else than an HDF5 file", "give the path of a recording (.h5)")
         with open_to_read(path) as file:
             return _recording(path, file)
     except InputError:
         raise
+    except InUse as error:
+        raise in_use(path) from error
     except HDF5_ERRORS as error:
         what = "a truncated file" if "truncated" in str(error) else "a damaged file"
         raise unusable(
@@ -51,20 +60,22 @@ def _recording(path: Path, file: Group) -> Recording:
         )
     _refuse_cut_off(path, entry)
     plan = _plan(path, entry.text(layout.PLAN))
-    values = entry.array(layout.VALUES)
+    values = _floats(entry, layout.VALUES)
     patterns = plan.patterns_per_frame
     if values.ndim != 2 or values.shape[1] != patterns:
         raise unusable(path, f"values of shape {values.shape}, not (frames, {patterns})", "repeat the run")
+    edge_time_s = _edge_time_s(path, entry, values)
+    _refuse_changed(path, entry, values, edge_time_s)
     return Recording(
         plan=plan,
         values=values,
         frame_valid=_frame_valid(path, entry, values),
-        picture_time_s=entry.number(layout.PICTURE_TIME_S),
-        edge_time_s=_edge_time_s(entry, len(values)),
-        photon_counts=bool(entry.number(layout.PHOTON_COUNTS)),
-        dead_time_s=entry.number(layout.DEAD_TIME_S),
-        dark_rate_hz=entry.number(layout.DARK_RATE_HZ),
-        truth=_truth(entry),
+        picture_time_s=_at_least(path, entry, layout.PICTURE_TIME_S, "more than 0 s", np.nextafter(0.0, 1.0)),
+        edge_time_s=edge_time_s if np.isfinite(edge_time_s).any() else None,
+        photon_counts=bool(_at_least(path, entry, layout.PHOTON_COUNTS, "0 or 1")),
+        dead_time_s=_at_least(path, entry, layout.DEAD_TIME_S, "0 s or more"),
+        dark_rate_hz=_at_least(path, entry, layout.DARK_RATE_HZ, "0 Hz or more"),
+        truth=_truth(path, entry, plan, len(values)),
         timing=_timing(entry),
         path=path,
     )
@@ -81,8 +92,10 @@ def _refuse_cut_off(path: Path, entry: Group) -> None:
 def _plan(path: Path, text: str) -> Plan:
     try:
         return Plan.from_json(text)
-    except (ValidationError, ValueError) as error:
-        raise unusable(path, f"a plan that this program does not know ({error})", "install a newer Kinopix") from error
+    except (ValueError, TypeError, AttributeError, RecursionError, ArithmeticError) as error:
+        why = " ".join(str(error).split())  # on one line
+        saw = f"a plan that this program does not know ({why}) at /entry/{layout.PLAN}"
+        raise unusable(path, saw, "install a newer Kinopix") from error
     except InputError as error:
         saw = f"a plan that this program does not know: {error.saw}"
         raise unusable(path, saw, "install the distribution that offers its scheme") from error
@@ -94,16 +107,58 @@ def _frame_valid(path: Path, entry: Group, values: Floats) -> Mask:
     if layout.FRAME_VALID not in entry:  # layout 1.0
         return measured
     valid = entry.array(layout.FRAME_VALID).astype(bool)
-    if not len(valid):  # not finished yet, or never
+    if not valid.size:  # not finished yet, or never
         return measured
     if valid.shape != measured.shape:
-        raise unusable(path, f"a mask of {len(valid)} frames for {len(measured)} frames of values", "repeat the run")
+        saw = f"a mask of {_of(valid)} frames for {len(measured)} frames of values at /entry/{layout.FRAME_VALID}"
+        raise unusable(path, saw, "repeat the run")
     return valid
 
 
-def _edge_time_s(entry: Group, frames: int) -> Floats | None:
-    edges = entry.array(layout.EDGE_TIME_S)[:frames]
-    return edges if np.isfinite(edges).any() else None
+def _edge_time_s(path: Path, entry: Group, values: Floats) -> Floats:
+    """As ``values``; a run that was killed has edges of more frames, as they are written first."""
+    edges = _floats(entry, layout.EDGE_TIME_S)
+    if edges.ndim != 2 or edges.shape[1] != values.shape[1] or len(edges) < len(values):
+        saw = f"edge times of shape {edges.shape} for values of shape {values.shape} at /entry/{layout.EDGE_TIME_S}"
+        raise unusable(path, saw, "repeat the run")
+    return edges[: len(values)]
+
+
+def _refuse_changed(path: Path, entry: Group, values: Floats, edge_time_s: Floats) -> None:
+    """Hold the numbers against their checksums, which the writer made of what the counter gave it."""
+    for name, what, rows in (
+        (layout.CHECKSUM_VALUES, "values", values),
+        (layout.CHECKSUM_EDGES, "edge times", edge_time_s),
+    ):
+        if name not in entry:  # layout 1.1
+            continue
+        checksums = entry.array(name)
+        if not checksums.size:  # not finished yet, or never
+            continue
+        changed = changed_frames(rows, checksums)
+        if changed:
+            raise unusable(
+                path,
+                f"{what} of {changed} that were changed after the run",
+                "take the file from a backup; to use the numbers as they are, remove /entry/checksum from the file",
+            )
+
+
+def _at_least(path: Path, entry: Group, name: str, expected: str, least: float = 0.0) -> float:
+    value = entry.number(name)
+    if not least <= value < np.inf:
+        raise unusable(
+            path, f"{value:g} at /entry/{name}, not {expected}", "take the file from a backup, or repeat the run"
+        )
+    return value
+
+
+def _floats(entry: Group, name: str) -> Floats:
+    return entry.array(name).astype(np.float64, copy=False)
+
+
+def _of(values: Mask | Floats) -> str:
+    return str(len(values)) if values.ndim == 1 else str(values.shape)
 
 
 def _timing(entry: Group) -> TimingReport | None:
@@ -112,14 +167,22 @@ def _timing(entry: Group) -> TimingReport | None:
         return None
     try:
         return TimingReport.model_validate_json(entry.text(layout.TIMING_REPORT))
-    except ValidationError:
+    except (ValidationError, RecursionError):
         return None
 
 
-def _truth(entry: Group) -> Truth | None:
+def _truth(path: Path, entry: Group, plan: Plan, frames: int) -> Truth | None:
     if layout.TRUTH_IMAGE not in entry:
         return None
-    displacement_px = entry.array(layout.TRUTH_DISPLACEMENT_PX)
-    if not len(displacement_px):  # not finished yet, or never
+    displacement_px = _floats(entry, layout.TRUTH_DISPLACEMENT_PX)
+    if not displacement_px.size:  # not finished yet, or never
         return None
-    return Truth(displacement_px=displacement_px, image=entry.array(layout.TRUTH_IMAGE))
+    image = _floats(entry, layout.TRUTH_IMAGE)
+    size = plan.image_size
+    if displacement_px.shape != (frames, 2) or image.shape != (size, size):
+        raise unusable(
+            path,
+            f"a truth of shapes {displacement_px.shape}, {image.shape} at /entry/truth, not ({frames}, 2), ({size}, {size})",
+            "repeat the run",
+        )
+    return Truth(displacement_px=displacement_px, image=image)
