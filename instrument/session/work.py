@@ -84,6 +84,8 @@ class _Host:
             self.writer.append(block.values, block.edge_time_s)
             self.stored += len(block.values)
         self._publish(BlockEvent.of(block))
+        if self.writer is not None and self.writer.name_taken is not None:
+            raise self.writer.name_taken
         for message in chain(
             (f"pattern {k}: its sync edge is missing" for k in block.gaps.tolist()),
             (f"pattern {k}: a surplus sync edge came" for k in block.doubles.tolist()),

@@ -82,7 +82,8 @@ class RecordingWriter:
         self._overwrite = overwrite
         self._counts_photons: bool | None = None
         self._placed = False
-        self._name_taken: InputError | None = None
+        self.name_taken: InputError | None = None
+        """Set with the first block where another program has made a file of that name meanwhile: ``path`` is another one then."""
         self.removed = tuple(remove_remains(path))
         """What programs that died had left beside it, and is removed."""
         try:
@@ -136,7 +137,7 @@ class RecordingWriter:
         except (FileExistsError, InputError) as error:
             # The counts are there: they are kept, and the run is told when they are.
             self.path, asked = self._part.put_beside(), self.path
-            self._name_taken = InputError(
+            self.name_taken = InputError(
                 saw=f"{asked}, which another program has made since the run began ({error})",
                 expected="a place that nobody else writes to",
                 remedy=f"what was counted is in {self.path}; name another file for the next run",
@@ -146,9 +147,6 @@ class RecordingWriter:
         """Store counts as they arrived, whatever the audit will make of them.
 
         The first block also tells whether the values are photon counts: uint32 counts are.
-
-        Raises:
-            InputError: another program has made a file of that name since the run began. The block is kept under another name.
         """
         file = self._in_place()
         if self._counts_photons is None and len(block):
@@ -158,8 +156,6 @@ class RecordingWriter:
         first = len(file.raw_counts)
         file.raw_edges.write(first, edges)
         file.raw_counts.write(first, block.counts.astype(np.float64))
-        if self._name_taken is not None:
-            raise self._name_taken
 
     def append(self, values: Floats, edge_time_s: Floats | None = None) -> None:
         """Store the next values, in whole frames or parts of frames. They are on their way to the disk on return.
