@@ -296,7 +296,7 @@ def mutate(file: Any, dice: np.random.Generator) -> None:
     names: list[str] = []
     file.visit(names.append)
     name = names[dice.integers(len(names))]
-    match dice.integers(7):
+    match int(dice.integers(7)):
         case 0:
             del file[name]
         case 1:
