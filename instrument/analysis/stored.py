@@ -6,7 +6,7 @@ from instrument.analysis.analyse import Analysis, OnStep, analyse
 from instrument.analysis.merit import Figures
 from instrument.choices import Method, Tracking
 from instrument.recording import Recording
-from instrument.storage import open_recording, write_analysis
+from instrument.storage import open_recording, refuse_unchangeable, refuse_while_written, write_analysis
 
 
 def analyse_path(
@@ -16,9 +16,10 @@ def analyse_path(
     method: Method = "tv",
     frames: int | None = None,
     background: str | Path | None = None,
+    results: str | Path | None = None,
     on_step: OnStep | None = None,
 ) -> Figures:
-    """Analyse a recording, write ``/entry/analysis`` into it, and give its figures.
+    """Analyse a recording, write ``/entry/analysis`` into it or into a copy, and give its figures.
 
     Args:
         path: file of the recording.
@@ -26,30 +27,46 @@ def analyse_path(
         method: method by which the image is made, as in ``reconstruct``.
         frames: number of frames, from the first on, that are used; None for all.
         background: file of a recording of the same plan without the object, to be subtracted.
+        results: a new file for a copy with the analysis, which leaves the recording as it is; None writes into the recording.
         on_step: function that is called before each step.
 
     Raises:
-        InputError: the recording cannot be read, no frame is usable, or the object leaves the field.
+        InputError: the recording cannot be read, is being written or may not be changed, no frame is usable, or the object
+            leaves the field.
     """
-    recording = recording_to_analyse(path, background)
+    recording = recording_to_analyse(path, background, results)
     used = recording if frames is None else recording.first(frames)
     analysis = analyse(used, tracking=tracking, method=method, on_step=on_step)
-    store(path, recording, analysis)
+    store(path, recording, analysis, results)
     return analysis.figures
 
 
-def recording_to_analyse(path: str | Path, background: str | Path | None = None) -> Recording:
+def recording_to_analyse(
+    path: str | Path, background: str | Path | None = None, results: str | Path | None = None
+) -> Recording:
     """Open a recording and subtract a background from it, if one is given.
 
+    Whatever would keep the analysis from being stored is refused here, before the work.
+
+    Args:
+        path: of the recording.
+        background: of the same plan without the object.
+        results: where a copy with the analysis is to go; None for the recording itself.
+
     Raises:
-        InputError: a file cannot be read, or the background does not belong to the recording.
+        InputError: a file cannot be read, is being written, or may not be changed, or the background does not belong to the
+            recording.
     """
+    refuse_unchangeable(Path(path), None if results is None else Path(results))
     recording = open_recording(path)
-    return recording if background is None else recording.minus(open_recording(background))
+    if background is None:
+        return recording
+    refuse_while_written(Path(background))
+    return recording.minus(open_recording(background))
 
 
-def store(path: str | Path, recording: Recording, analysis: Analysis) -> None:
-    """Write an analysis into the file of its recording, with NaN for frames at the end that were not analysed.
+def store(path: str | Path, recording: Recording, analysis: Analysis, results: str | Path | None = None) -> None:
+    """Write an analysis into the file of its recording, or a copy of it, with NaN for frames at the end that were not analysed.
 
     Raises:
         InputError: the file cannot be changed.
@@ -68,4 +85,5 @@ def store(path: str | Path, recording: Recording, analysis: Analysis) -> None:
             "frames": analysis.figures.frames,
             "refinements": analysis.refinements,
         },
+        into=results,
     )

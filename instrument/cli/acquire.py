@@ -55,9 +55,12 @@ def record(bench: Path, plan: "Plan", out: Path, *, overwrite: bool, live: bool 
         KinopixError: as ``Instrument.run``; Ctrl-C ends the command with 130 after the bench was made safe.
     """
     from instrument.session import Instrument
+    from instrument.storage import remains_of
     from instrument.views import LiveView, progress, warn
 
     bars = progress()
+    for left in remains_of(out):
+        warn(f"{left} was left behind by a program that ended early; the run removes it")
     analysis = None
     if live:
         from instrument.live import LiveAnalysis

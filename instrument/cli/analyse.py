@@ -28,22 +28,29 @@ def analyse_file(
     background: Annotated[
         Path | None, typer.Option(help="Recording of the same plan without the object, to be subtracted.")
     ] = None,
+    results: Annotated[
+        Path | None, typer.Option(help="New file for a copy with the analysis; the recording stays as it is.")
+    ] = None,
     pictures: Annotated[
-        Path | None, typer.Option(help="Folder for the pictures; beside the recording if not given.")
+        Path | None, typer.Option(help="Folder for the pictures; beside the file with the analysis if not given.")
     ] = None,
     no_pictures: Annotated[bool, typer.Option("--no-pictures", help="Draw nothing.")] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Track and reconstruct a recording; write /entry/analysis into it, pictures beside it, and print the figures."""
     from instrument.analysis import recording_to_analyse, store
+    from instrument.storage import remains_of
     from instrument.views import picture_folder, write_pictures
 
-    recording = recording_to_analyse(file, background)
+    for left in remains_of(file):
+        warn(f"{left} was left behind by a program that ended early, and is removed")
+    recording = recording_to_analyse(file, background, results)
+    folder = pictures or (results or file).parent
     if not no_pictures:
-        picture_folder(pictures or file.parent)  # asked before the work, not after
+        picture_folder(folder)  # asked before the work, not after
     analysis = analysed(recording.first(frames) if frames else recording, tracking, method)
-    store(file, recording, analysis)
-    drawn = [] if no_pictures else write_pictures(analysis, pictures or file.parent, file.stem)
+    store(file, recording, analysis, results)
+    drawn = [] if no_pictures else write_pictures(analysis, folder, (results or file).stem)
     if as_json:
         print_json({**analysis.figures.model_dump(mode="json"), "pictures": [str(path) for path in drawn]})
         return

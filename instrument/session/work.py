@@ -84,6 +84,8 @@ class _Host:
             self.writer.append(block.values, block.edge_time_s)
             self.stored += len(block.values)
         self._publish(BlockEvent.of(block))
+        if self.writer is not None and self.writer.name_taken is not None:
+            raise self.writer.name_taken
         for message in chain(
             (f"pattern {k}: its sync edge is missing" for k in block.gaps.tolist()),
             (f"pattern {k}: a surplus sync edge came" for k in block.doubles.tolist()),
@@ -122,6 +124,8 @@ def carry_out(job: Job, publish: Callable[[Event], None], abort: AbortRequest) -
         timing = prepare(job.plan, job.sequence, job.devices, host)
         host.checkpoint()  # an older recording is not overwritten for nothing
         host.writer = _writer(job, timing)
+        for left in host.writer.removed:
+            host.find(f"{left} was left behind by a program that ended early, and is removed")
     except BaseException as early:  # noqa: BLE001 - it is told to whoever waits
         abort.close()
         return Ending(_at_rest(job, host, early, None, kept := "nothing was recorded"), kept)
@@ -134,7 +138,7 @@ def carry_out(job: Job, publish: Callable[[Event], None], abort: AbortRequest) -
         patterns_per_frame=job.plan.patterns_per_frame,
     )
     abort.close()
-    kept, keeps = _kept(job, host.stored, outcome)
+    kept, keeps = _kept(job, host.writer, host.stored, outcome)
     error = outcome.error
     if error is not None:
         error = _at_rest(job, host, error, outcome.motion, kept)
@@ -142,7 +146,7 @@ def carry_out(job: Job, publish: Callable[[Event], None], abort: AbortRequest) -
     for note in outcome.report.notes:
         host.find(note)
     error = _finished(job, host.writer, host.stored, outcome, error, keeps=keeps)
-    return Ending(error, kept, job.path if keeps else None, outcome.report)
+    return Ending(error, kept, host.writer.path if keeps else None, outcome.report)
 
 
 def _writer(job: Job, timing: ModulatorTiming) -> RecordingWriter:
@@ -160,13 +164,13 @@ def _writer(job: Job, timing: ModulatorTiming) -> RecordingWriter:
     )
 
 
-def _kept(job: Job, stored: int, outcome: Outcome) -> tuple[str, bool]:
+def _kept(job: Job, writer: RecordingWriter, stored: int, outcome: Outcome) -> tuple[str, bool]:
     """What is kept, in words, and whether anything is."""
     report = outcome.report
     if stored:
-        return f"{stored} of {job.sequence.n_patterns} patterns are kept in {job.path}", True
+        return f"{stored} of {job.sequence.n_patterns} patterns are kept in {writer.path}", True
     if report.bins_received:
-        return f"no pattern could be told apart; {report.bins_received} raw counts are kept in {job.path}", True
+        return f"no pattern could be told apart; {report.bins_received} raw counts are kept in {writer.path}", True
     return "nothing was recorded", False
 
 
@@ -207,7 +211,7 @@ def _finished(
             interrupted=_reason(error),
         )
     except BaseException as failure:  # noqa: BLE001 - the counts are in the file; whoever waits is told
-        note = f"{job.path} holds what was measured, but could not be closed well: {failure}"
+        note = f"{writer.path} holds what was measured, but could not be closed well: {failure}"
         if error is None:
             failure.add_note(note)
             return failure

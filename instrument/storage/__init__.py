@@ -1,10 +1,14 @@
 """Recordings as NeXus HDF5 files: written as the counts come, readable with h5py alone."""
 
+from instrument.storage.edit import refuse_unchangeable
+from instrument.storage.in_use import refuse_while_written
 from instrument.storage.info import AnalysisInfo, RecordingInfo, RecordingState, recording_info
 from instrument.storage.json_text import json_text
+from instrument.storage.part import remains_of
+from instrument.storage.place import refuse_existing, refuse_full_disk
 from instrument.storage.reader import open_recording
 from instrument.storage.results import write_analysis
-from instrument.storage.writer import RecordingWriter, refuse_existing, refuse_full_disk
+from instrument.storage.writer import RecordingWriter
 
 __all__ = [
     "AnalysisInfo",
@@ -16,5 +20,8 @@ __all__ = [
     "recording_info",
     "refuse_existing",
     "refuse_full_disk",
+    "refuse_unchangeable",
+    "refuse_while_written",
+    "remains_of",
     "write_analysis",
 ]

@@ -6,26 +6,41 @@ from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Literal, Self, TypeAlias, cast
+from typing import Any, Final, Literal, Self, TypeAlias, cast
 
 import h5py  # pyright: ignore[reportMissingTypeStubs]
 import numpy as np
 from numpy.typing import NDArray
+
+from instrument.storage.soundness import (
+    WrongItem,
+    described,
+    end_of_chunks,
+    reading,
+    refuse_cut_off,
+    refuse_elsewhere,
+    refuse_foreign,
+    refuse_hollow,
+)
 
 _h5py: Any = h5py
 
 Value: TypeAlias = str | bool | float | list[str] | NDArray[Any] | np.generic
 """What a dataset or an attribute can hold. Truth values are stored as uint8, which every program reads."""
 
-HDF5_ERRORS = (OSError, RuntimeError, KeyError)
-"""What h5py raises for a file that is damaged."""
+_MOST_TEXT_BYTES: Final = 1 << 24
+"""Longest text that is read: the bench and the timing audit have some ten thousand bytes."""
 
 _FORMAT = ("v110", "v110")
 """File format of HDF5 1.10 (2016), the oldest that can be read while it is written (SWMR)."""
 
 
+class InUse(OSError):
+    """Another program has the file open for writing, and lets nobody read."""
+
+
 class Group:
-    """A group of an HDF5 file."""
+    """A group of an HDF5 file. What is read is looked at first: files come from anywhere."""
 
     def __init__(self, handle: Any) -> None:
         """Wrap an ``h5py.Group``."""
@@ -46,7 +61,11 @@ class Group:
         for name, value in values.items():
             self.add(name, value)
 
-    def growing(self, name: str, row: tuple[int, ...], rows_per_chunk: int, **attributes: Value) -> "Growing":
+    def rows(self, name: str) -> "Growing":
+        """Give a dataset that can grow, to go on with it."""
+        return Growing(self._item(name))
+
+    def growing(self, name: str, row: tuple[int, ...], rows_per_chunk: int, **attributes: Value) -> None:
         """Create an empty float64 dataset of shape ``(0, *row)`` that can grow; what is not written is NaN."""
         dataset = self._handle.create_dataset(
             name,
@@ -57,7 +76,6 @@ class Group:
             fillvalue=np.nan,
         )
         _set_attributes(dataset, attributes)
-        return Growing(dataset)
 
     def set_attributes(self, **attributes: Value) -> None:
         """Set attributes of this group."""
@@ -67,11 +85,10 @@ class Group:
         """Create an empty text that can be overwritten while others read, as long as it has no more bytes than that."""
         self._handle.create_dataset(name, data=b"", dtype=_h5py.string_dtype("utf-8", room_bytes))
 
-    def add_flags_to_come(self, name: str, rows_per_chunk: int) -> "Growing":
-        """Create an empty dataset of flags that can grow; what is not written is 0."""
-        return Growing(
-            self._handle.create_dataset(name, shape=(0,), maxshape=(None,), chunks=(rows_per_chunk,), dtype=np.uint8)
-        )
+    def add_numbers_to_come(self, name: str, rows_per_chunk: int, kind: type[np.generic], **attributes: Value) -> None:
+        """Create an empty dataset of whole numbers that can grow; what is not written is 0."""
+        dataset = self._handle.create_dataset(name, shape=(0,), maxshape=(None,), chunks=(rows_per_chunk,), dtype=kind)
+        _set_attributes(dataset, attributes)
 
     def set_value(self, name: str, value: Value) -> None:
         """Overwrite a dataset with a value of the same shape and type, or a text that fits.
@@ -95,60 +112,130 @@ class Group:
         self._handle.file.flush()
 
     def __contains__(self, name: str) -> bool:
-        """Whether a dataset or group of that path is there."""
-        return name in self._handle
+        """Whether a dataset or group of that path is there.
+
+        Raises:
+            WrongItem: a soft or external link is on the way, which is never followed.
+        """
+        return self._find(name) is not None
 
     def at(self, name: str) -> "Group":
-        """The group at a path below this one."""
-        return Group(self._handle[name])
+        """The group at a path below this one.
+
+        Raises:
+            WrongItem: it is missing, something else, or behind a soft or external link. So for all that is read.
+        """
+        found = self._item(name)
+        if not isinstance(found, _h5py.Group):
+            raise WrongItem(f"{found.name} is no group")
+        return Group(found)
 
     def text(self, name: str) -> str:
         """A dataset of one string."""
-        return cast("str", self._handle[name].asstr()[()])
+        dataset = self._dataset(name)
+        kind = _h5py.check_string_dtype(dataset.dtype)
+        if kind is None or dataset.shape != ():
+            raise WrongItem(f"{dataset.name} is no text, but {described(dataset)}")
+        if (kind.length or 0) > _MOST_TEXT_BYTES:
+            raise WrongItem(f"{dataset.name} is a text of {kind.length} bytes, of at most {_MOST_TEXT_BYTES}")
+        with reading(dataset.name):
+            return cast("str", dataset.asstr()[()])
 
     def number(self, name: str) -> float:
         """A dataset of one number."""
-        return float(self._handle[name][()])
+        dataset = self._numbers(name)
+        if dataset.shape != ():
+            raise WrongItem(f"{dataset.name} is not one number, but {described(dataset)}")
+        with reading(dataset.name):
+            return float(dataset[()])
 
     def array(self, name: str) -> NDArray[Any]:
-        """A whole dataset.
+        """A whole dataset of numbers.
 
         Raises:
             OSError: the file ends before the data do. HDF5 itself gives zeros then, if the file's writer was killed.
+            WrongItem: as ``at``; it holds no numbers, or has a shape for more numbers than the file holds.
         """
-        return cast("NDArray[Any]", self._sound(name)[...])
+        dataset = self._sound(name)
+        with reading(dataset.name):
+            return cast("NDArray[Any]", dataset[...])
 
     def head(self, name: str, rows: int) -> NDArray[Any]:
-        """The first rows of a dataset.
+        """The first rows of a dataset of numbers.
 
         Raises:
-            OSError: as ``array``.
+            OSError, WrongItem: as ``array``.
         """
-        return cast("NDArray[Any]", self._sound(name)[:rows])
+        dataset = self._sound(name)
+        with reading(dataset.name):
+            return cast("NDArray[Any]", dataset[:rows])
 
     def shape(self, name: str) -> tuple[int, ...]:
-        """The shape of a dataset, without reading it.
+        """The shape of a dataset of numbers, without reading it.
 
         Raises:
-            OSError: as ``array``.
+            OSError, WrongItem: as ``array``.
         """
         return cast("tuple[int, ...]", self._sound(name).shape)
 
     def _sound(self, name: str) -> Any:
-        """A dataset that the file holds to its end."""
-        dataset = self._handle[name]
-        size, end = Path(dataset.file.filename).stat().st_size, _end_of_chunks(dataset)
-        if end > size:
-            raise OSError(f"truncated: {name} goes on to byte {end}, the file ends at {size}")
+        """A dataset of numbers that the file holds to its end, and that is no larger than what it holds."""
+        dataset = self._numbers(name)
+        with reading(dataset.name):
+            size, end = Path(dataset.file.filename).stat().st_size, end_of_chunks(dataset)
+            if end > size:
+                raise OSError(f"truncated: {name} goes on to byte {end}, the file ends at {size}")
+            refuse_hollow(dataset, size)
         return dataset
 
     def attribute(self, key: str) -> Any:
         """An attribute of this group, or None where it is missing."""
-        return self._handle.attrs.get(key)
+        return _attribute(self._handle, key)
 
     def attribute_of(self, name: str, key: str) -> Any:
         """An attribute of a dataset or group, or None where it is missing."""
-        return self._handle[name].attrs.get(key)
+        return _attribute(self._item(name), key)
+
+    def refuse_foreign(self) -> None:
+        """Make sure that everything in the file is held by the file itself, as ``soundness.refuse_foreign`` does."""
+        refuse_foreign(self._handle["/"])
+
+    def _find(self, name: str) -> Any:
+        """What is at a path, by hard links alone; None where it is missing."""
+        found = self._handle["/"] if isinstance(self._handle, _h5py.File) else self._handle
+        for part in name.split("/"):
+            where = f"{found.name.rstrip('/')}/{part}"
+            if not isinstance(found, _h5py.Group):
+                raise WrongItem(f"{found.name} is no group")
+            with reading(where):
+                if not found.id.links.exists(part.encode()):
+                    return None
+                kind = found.id.links.get_info(part.encode()).type
+                if kind != _h5py.h5l.TYPE_HARD:
+                    raise WrongItem(f"{where} is a link to somewhere else, which is not followed")
+                found = found[part]
+        return found
+
+    def _item(self, name: str) -> Any:
+        found = self._find(name)
+        if found is None:
+            raise WrongItem(f"{self._handle.name.rstrip('/')}/{name} is missing")
+        return found
+
+    def _dataset(self, name: str) -> Any:
+        found = self._item(name)
+        if not isinstance(found, _h5py.Dataset):
+            raise WrongItem(f"{found.name} is no dataset")
+        with reading(found.name):
+            refuse_elsewhere(found)
+            _ = found.dtype, found.shape
+        return found
+
+    def _numbers(self, name: str) -> Any:
+        dataset = self._dataset(name)
+        if dataset.dtype.kind not in "fiu":
+            raise WrongItem(f"{dataset.name} holds no numbers, but {described(dataset)}")
+        return dataset
 
     def copy_to(self, target: "Group", without: str = "") -> None:
         """Copy attributes and everything below this group into ``target``, but for the child ``without``."""
@@ -189,16 +276,19 @@ class Growing:
 class File(Group):
     """An open HDF5 file; a context manager that closes it."""
 
-    def __init__(self, path: Path, mode: Literal["r", "w", "swmr"]) -> None:
+    def __init__(self, path: Path, mode: Literal["r", "w", "r+", "swmr"], *, locks: bool = True) -> None:
         """Open or create the file.
 
         Args:
             path: where it is.
-            mode: ``r`` reads, ``w`` creates and empties, ``swmr`` reads a file that a writer has open, or had open when it died.
+            mode: ``r`` reads, ``w`` creates and empties, ``r+`` goes on with it, ``swmr`` reads a file that a writer has open, or
+                had open when it died.
+            locks: whether HDF5 locks the file; not where the caller holds the lock already.
         """
-        keys = {"libver": _FORMAT} if mode == "w" else {"swmr": mode == "swmr"}
+        keys = {"libver": _FORMAT} if mode in {"w", "r+"} else {"swmr": mode == "swmr"}
         # Network drives often have no locks: that must not keep anybody from recording.
-        super().__init__(_h5py.File(path, "w" if mode == "w" else "r", locking="best-effort", **keys))
+        locking = "best-effort" if locks else False
+        super().__init__(_h5py.File(path, "r" if mode == "swmr" else mode, locking=locking, **keys))
 
     def let_others_read(self) -> None:
         """From now on others may read while this file is written, and it stays readable at whatever moment the writer dies.
@@ -237,16 +327,9 @@ def _set_attributes(handle: Any, attributes: Mapping[str, Value]) -> None:
         handle.attrs[key] = _stored(value)
 
 
-def _end_of_chunks(dataset: Any) -> int:
-    """First byte after the last chunk of a dataset; 0 for one that is not stored in chunks."""
-    ends = [0]
-    if dataset.chunks is not None:
-
-        def note(chunk: Any) -> None:
-            ends.append(chunk.byte_offset + chunk.size)
-
-        dataset.id.chunk_iter(note)
-    return max(ends)
+def _attribute(handle: Any, key: str) -> Any:
+    with reading(f"{handle.name}/@{key}"):
+        return handle.attrs.get(key)
 
 
 def _stored(value: Value) -> Any:
@@ -255,27 +338,31 @@ def _stored(value: Value) -> Any:
     return value
 
 
-def _refuse_cut_off(path: Path) -> None:
-    """Refuse a file that is shorter than its superblock says, as HDF5 does itself for files that are not ``swmr``.
-
-    Versions 2 and 3 hold the address of the end in bytes 28 to 35 (HDF5 file format specification, section II.A).
-    """
-    with path.open("rb") as file:
-        start = file.read(36)
-    size, end = path.stat().st_size, int.from_bytes(start[28:36], "little")
-    if len(start) < 36 or (start[8] >= 2 and size < end):
-        raise OSError(f"truncated: it goes on to byte {end}, the file ends at {size}")
-
-
 @contextmanager
 def open_to_read(path: Path) -> Generator[File]:
-    """Open a file whole, or as its writer left it when it died, or as it is while it is being written."""
+    """Open a file whole, or as its writer left it when it died, or as it is while it is being written.
+
+    Raises:
+        InUse: another program has it open for writing, and lets nobody read.
+        OSError: it is damaged.
+    """
     try:
         file = File(path, "r")
     except OSError as error:
         if "already open for" not in str(error) and error.errno not in {errno.EAGAIN, errno.EACCES}:
             raise
-        _refuse_cut_off(path)
-        file = File(path, "swmr")
+        refuse_cut_off(path)
+        file = _open_while_written(path)
     with file:
         yield file
+
+
+def _open_while_written(path: Path) -> File:
+    try:
+        return File(path, "swmr")
+    except OSError as error:
+        if error.errno in {errno.EAGAIN, errno.EACCES}:
+            raise InUse(str(error)) from error
+        if "not already open for SWMR" in str(error):
+            raise OSError("a program died while it changed the file, and did not close it") from error
+        raise

@@ -13,7 +13,7 @@ from instrument.recording import TimingReport
 from instrument.roles import ROLES
 from instrument.storage import layout
 from instrument.storage.hdf5 import Group
-from instrument.storage.in_use import has_ended, is_marked
+from instrument.storage.part import is_locked
 from instrument.storage.reader import opened_recording, plan_of, refuse_narrow_values, refuse_other_mask, timing_of
 from protocols import DeviceIdentity, Frozen
 
@@ -116,7 +116,7 @@ def recording_info(path: str | Path) -> RecordingInfo:
         InputError: as ``open_recording``.
     """
     path = Path(path)
-    marked = path.is_file() and is_marked(path)  # asked first: who has the file open holds a lock too
+    marked = path.is_file() and bool(is_locked(path))  # asked first: who has the file open holds a lock too
     with opened_recording(path) as entry:
         plan = plan_of(path, entry)
         shape = entry.shape(layout.VALUES)
@@ -153,9 +153,9 @@ def _text(entry: Group, name: str) -> str:
 
 
 def _state(entry: Group, *, marked: bool) -> RecordingState:
-    if int(entry.attribute("complete")):
+    if bool(int(entry.attribute("complete"))):
         return "complete"
-    if has_ended(entry):
+    if layout.INTERRUPTED in entry and bool(entry.text(layout.INTERRUPTED)):
         return "interrupted"
     return "being recorded" if marked else "cut off"
 
@@ -166,7 +166,7 @@ def _masked(path: Path, entry: Group, frames: int) -> int | None:
     valid = entry.array(layout.FRAME_VALID)
     if not len(valid):  # not finished yet, or never
         return None
-    refuse_other_mask(path, len(valid), frames)
+    refuse_other_mask(path, valid.shape, frames)
     return int(len(valid) - np.count_nonzero(valid))
 
 

@@ -9,7 +9,7 @@ from protocols import Floats, InputError, Mask
 DEFINITION: Final = "kinopix-recording"
 """Value of ``definition``: how a recording is told from other HDF5 files."""
 
-VERSION: Final = "1.1"
+VERSION: Final = "1.2"
 """Version of this layout, in ``definition/@version``. The number before the point changes when old readers would go wrong."""
 
 PLAN: Final = "plan"
@@ -29,6 +29,8 @@ FILE_BYTES: Final = "file_bytes"
 INTERRUPTED: Final = "interrupted"
 FRAME_VALID: Final = "timing/frame_valid"
 TIMING_REPORT: Final = "timing/report"
+CHECKSUM_VALUES: Final = "checksum/values"
+CHECKSUM_EDGES: Final = "checksum/edges"
 TRUTH_DISPLACEMENT_PX: Final = "truth/displacement_px"
 TRUTH_IMAGE: Final = "truth/image"
 

@@ -10,16 +10,23 @@ from pydantic import ValidationError
 from instrument.plan import Plan
 from instrument.recording import Recording, TimingReport
 from instrument.storage import layout
-from instrument.storage.hdf5 import HDF5_ERRORS, Group, is_hdf5, open_to_read
+from instrument.storage.checksum import changed_frames
+from instrument.storage.hdf5 import Group, InUse, is_hdf5, open_to_read
+from instrument.storage.in_use import in_use
 from instrument.storage.layout import unusable
+from instrument.storage.soundness import HDF5_ERRORS
 from protocols import Floats, InputError, Mask, Truth
 
 
 def open_recording(path: str | Path) -> Recording:
     """Read a recording. A run that broke, or whose program was killed, is a shorter one with a mask.
 
+    A file from anywhere can be given: whatever is in it, the answer is a recording or an ``InputError``. Links out of the file
+    are never followed, and no more memory is taken than the file really fills.
+
     Raises:
-        InputError: no such file, no HDF5, no recording, of a later layout, truncated or damaged: says which.
+        InputError: no such file, no HDF5, no recording, of a later layout, truncated, damaged, changed after the run, or open
+            for writing in another program: says which, and the path inside the file.
     """
     path = Path(path)
     with opened_recording(path) as entry:
@@ -34,16 +41,19 @@ def opened_recording(path: Path) -> Generator[Group]:
         InputError: as ``open_recording``.
     """
     if not path.is_file():
-        what = "a folder" if path.is_dir() else "no such file"
+        what = "a folder" if path.is_dir() else "no ordinary file" if path.exists() else "no such file"
         raise unusable(path, what, "give the path of a recording (.h5)")
-    if not is_hdf5(path):
-        what = "an empty file" if path.stat().st_size == 0 else "something else than an HDF5 file"
-        raise unusable(path, what, "give the path of a recording (.h5)")
+    if path.stat().st_size == 0:
+        raise unusable(path, "an empty file", "give the path of a recording (.h5)")
     try:
+        if not is_hdf5(path):
+            raise unusable(path, "something else than an HDF5 file", "give the path of a recording (.h5)")
         with open_to_read(path) as file:
             yield _entry(path, file)
     except InputError:
         raise
+    except InUse as error:
+        raise in_use(path) from error
     except HDF5_ERRORS as error:
         what = "a truncated file" if "truncated" in str(error) else "a damaged file"
         raise unusable(
@@ -69,18 +79,20 @@ def _entry(path: Path, file: Group) -> Group:
 
 def _recording(path: Path, entry: Group) -> Recording:
     plan = plan_of(path, entry)
-    values = entry.array(layout.VALUES)
+    values = _floats(entry, layout.VALUES)
     refuse_narrow_values(path, values.shape, plan)
+    edge_time_s = _edge_time_s(path, entry, values)
+    _refuse_changed(path, entry, values, edge_time_s)
     return Recording(
         plan=plan,
         values=values,
         frame_valid=_frame_valid(path, entry, values),
-        picture_time_s=entry.number(layout.PICTURE_TIME_S),
-        edge_time_s=_edge_time_s(entry, len(values)),
-        photon_counts=bool(entry.number(layout.PHOTON_COUNTS)),
-        dead_time_s=entry.number(layout.DEAD_TIME_S),
-        dark_rate_hz=entry.number(layout.DARK_RATE_HZ),
-        truth=_truth(entry),
+        picture_time_s=_at_least(path, entry, layout.PICTURE_TIME_S, "more than 0 s", np.nextafter(0.0, 1.0)),
+        edge_time_s=edge_time_s if np.isfinite(edge_time_s).any() else None,
+        photon_counts=bool(_at_least(path, entry, layout.PHOTON_COUNTS, "0 or 1")),
+        dead_time_s=_at_least(path, entry, layout.DEAD_TIME_S, "0 s or more"),
+        dark_rate_hz=_at_least(path, entry, layout.DARK_RATE_HZ, "0 Hz or more"),
+        truth=_truth(path, entry, plan, len(values)),
         timing=timing_of(entry),
         path=path,
     )
@@ -102,8 +114,10 @@ def plan_of(path: Path, entry: Group) -> Plan:
     """
     try:
         return Plan.from_json(entry.text(layout.PLAN))
-    except (ValidationError, ValueError) as error:
-        raise unusable(path, f"a plan that this program does not know ({error})", "install a newer Kinopix") from error
+    except (ValueError, TypeError, AttributeError, RecursionError, ArithmeticError) as error:
+        why = " ".join(str(error).split())  # on one line
+        saw = f"a plan that this program does not know ({why}) at /entry/{layout.PLAN}"
+        raise unusable(path, saw, "install a newer Kinopix") from error
     except InputError as error:
         saw = f"a plan that this program does not know: {error.saw}"
         raise unusable(path, saw, "install the distribution that offers its scheme") from error
@@ -120,14 +134,16 @@ def refuse_narrow_values(path: Path, shape: tuple[int, ...], plan: Plan) -> None
         raise unusable(path, f"values of shape {shape}, not (frames, {patterns})", "repeat the run")
 
 
-def refuse_other_mask(path: Path, flags: int, frames: int) -> None:
+def refuse_other_mask(path: Path, shape: tuple[int, ...], frames: int) -> None:
     """Refuse a mask that is not one flag a frame.
 
     Raises:
-        InputError: names both numbers.
+        InputError: names both.
     """
-    if flags != frames:
-        raise unusable(path, f"a mask of {flags} frames for {frames} frames of values", "repeat the run")
+    if shape != (frames,):
+        flags = shape[0] if len(shape) == 1 else shape
+        saw = f"a mask of {flags} frames for {frames} frames of values at /entry/{layout.FRAME_VALID}"
+        raise unusable(path, saw, "repeat the run")
 
 
 def _frame_valid(path: Path, entry: Group, values: Floats) -> Mask:
@@ -136,15 +152,52 @@ def _frame_valid(path: Path, entry: Group, values: Floats) -> Mask:
     if layout.FRAME_VALID not in entry:  # layout 1.0
         return measured
     valid = entry.array(layout.FRAME_VALID).astype(bool)
-    if not len(valid):  # not finished yet, or never
+    if not valid.size:  # not finished yet, or never
         return measured
-    refuse_other_mask(path, len(valid), len(measured))
+    refuse_other_mask(path, valid.shape, len(measured))
     return valid
 
 
-def _edge_time_s(entry: Group, frames: int) -> Floats | None:
-    edges = entry.array(layout.EDGE_TIME_S)[:frames]
-    return edges if np.isfinite(edges).any() else None
+def _edge_time_s(path: Path, entry: Group, values: Floats) -> Floats:
+    """As ``values``; a run that was killed has edges of more frames, as they are written first."""
+    edges = _floats(entry, layout.EDGE_TIME_S)
+    if edges.ndim != 2 or edges.shape[1] != values.shape[1] or len(edges) < len(values):
+        saw = f"edge times of shape {edges.shape} for values of shape {values.shape} at /entry/{layout.EDGE_TIME_S}"
+        raise unusable(path, saw, "repeat the run")
+    return edges[: len(values)]
+
+
+def _refuse_changed(path: Path, entry: Group, values: Floats, edge_time_s: Floats) -> None:
+    """Hold the numbers against their checksums, which the writer made of what the counter gave it."""
+    for name, what, rows in (
+        (layout.CHECKSUM_VALUES, "values", values),
+        (layout.CHECKSUM_EDGES, "edge times", edge_time_s),
+    ):
+        if name not in entry:  # layout 1.1
+            continue
+        checksums = entry.array(name)
+        if not checksums.size:  # not finished yet, or never
+            continue
+        changed = changed_frames(rows, checksums)
+        if changed:
+            raise unusable(
+                path,
+                f"{what} of {changed} that were changed after the run",
+                "take the file from a backup; to use the numbers as they are, remove /entry/checksum from the file",
+            )
+
+
+def _at_least(path: Path, entry: Group, name: str, expected: str, least: float = 0.0) -> float:
+    value = entry.number(name)
+    if not least <= value < np.inf:
+        raise unusable(
+            path, f"{value:g} at /entry/{name}, not {expected}", "take the file from a backup, or repeat the run"
+        )
+    return value
+
+
+def _floats(entry: Group, name: str) -> Floats:
+    return entry.array(name).astype(np.float64, copy=False)
 
 
 def timing_of(entry: Group) -> TimingReport | None:
@@ -153,14 +206,22 @@ def timing_of(entry: Group) -> TimingReport | None:
         return None
     try:
         return TimingReport.model_validate_json(entry.text(layout.TIMING_REPORT))
-    except ValidationError:
+    except (ValidationError, RecursionError):
         return None
 
 
-def _truth(entry: Group) -> Truth | None:
+def _truth(path: Path, entry: Group, plan: Plan, frames: int) -> Truth | None:
     if layout.TRUTH_IMAGE not in entry:
         return None
-    displacement_px = entry.array(layout.TRUTH_DISPLACEMENT_PX)
-    if not len(displacement_px):  # not finished yet, or never
+    displacement_px = _floats(entry, layout.TRUTH_DISPLACEMENT_PX)
+    if not displacement_px.size:  # not finished yet, or never
         return None
-    return Truth(displacement_px=displacement_px, image=entry.array(layout.TRUTH_IMAGE))
+    image = _floats(entry, layout.TRUTH_IMAGE)
+    size = plan.image_size
+    if displacement_px.shape != (frames, 2) or image.shape != (size, size):
+        raise unusable(
+            path,
+            f"a truth of shapes {displacement_px.shape}, {image.shape} at /entry/truth, not ({frames}, 2), ({size}, {size})",
+            "repeat the run",
+        )
+    return Truth(displacement_px=displacement_px, image=image)

@@ -6,9 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from instrument.storage.edit import rewritten
-from instrument.storage.hdf5 import open_to_read
-from instrument.storage.in_use import refuse_while_written
+from instrument.storage.edit import refuse_unchangeable, rewritten
 from instrument.storage.json_text import json_text
 from instrument.storage.provenance import PROGRAM, now, program_version
 from instrument.storage.reader import open_recording
@@ -23,12 +21,13 @@ def write_analysis(
     sigma_px: Floats | None = None,
     table: Mapping[str, Any] | None = None,
     settings: Mapping[str, Any] | None = None,
+    into: str | Path | None = None,
 ) -> None:
     """Write ``/entry/analysis`` and make its image the default plot. An earlier analysis is replaced; raw data stay as they are.
 
     All or nothing: if it fails, the file is as it was before. A copy of the recording, with the analysis, takes its place, so
-    that whoever has it open keeps the old one. A recording that is being written is refused; ``in_use.refuse_while_written``
-    says what that covers.
+    that whoever has it open keeps the old one. Permissions, owner and extended attributes stay, and a link to the recording
+    stays a link. What ``edit.refuse_unchangeable`` names is refused.
 
     Args:
         path: the recording.
@@ -38,20 +37,21 @@ def write_analysis(
         sigma_px: ``(frames, 2)`` standard uncertainty of ``displacement_px``.
         table: figures to print, by name; stored as JSON.
         settings: how the analysis was done; stored as JSON.
+        into: a new file, to leave the recording as it is: a copy with the analysis goes there. None writes into the recording.
 
     Raises:
-        InputError: ``path`` is no readable recording, or is being recorded now.
+        InputError: ``path`` is no readable recording, is being recorded now, or may not be changed; ``into`` is there already.
         ValueError: arrays whose shapes do not go with the recording.
     """
-    path = Path(path)
+    path, copy = Path(path), None if into is None else Path(into)
+    refuse_unchangeable(path, copy)
     frames = len(open_recording(path))
-    refuse_while_written(path)
     for name, rows in (("displacement_px", displacement_px), ("sigma_px", sigma_px)):
         if rows is not None and rows.shape != (frames, 2):
             raise ValueError(f"{name} of shape {rows.shape} for {frames} frames")
     if image is not None and image.ndim != 2:
         raise ValueError(f"an image of shape {image.shape}")
-    with open_to_read(path) as old, rewritten(old, path) as entry:
+    with rewritten(path, copy) as entry:
         analysis = entry.group("analysis", "NXprocess", default="track" if image is None else "image")
         analysis.add("program", PROGRAM)
         analysis.add("version", program_version())

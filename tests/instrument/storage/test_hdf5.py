@@ -40,16 +40,19 @@ def test_values_come_back_as_what_they_are_and_truth_as_bytes(path: Path) -> Non
 
 def test_rows_grow_as_needed_and_what_was_not_written_is_nan(path: Path) -> None:
     with File(path, "w") as file:
-        rows = file.growing("rows", (2,), 4, units="px")
+        file.growing("rows", (2,), 4, units="px")
+        rows = file.rows("rows")
         assert (len(rows), rows.width) == (0, 2)
         rows.write(1, np.array([[1.0, 2.0]]))
         rows.write(0, np.array([[5.0, 6.0]]))
         assert len(rows) == 2, "writing before the end does not shorten it"
         rows.write(3, np.array([[7.0, 8.0]]))
         np.testing.assert_array_equal(rows.read(), [[5, 6], [1, 2], [np.nan, np.nan], [7, 8]])
-        assert file.growing("cube", (2, 3), 4).width == 6
-        assert file.growing("line", (), 4).width == 1
-        flags = file.add_flags_to_come("flags", 4)
+        file.growing("cube", (2, 3), 4)
+        file.growing("line", (), 4)
+        assert (file.rows("cube").width, file.rows("line").width) == (6, 1)
+        file.add_numbers_to_come("flags", 4, np.uint8)
+        flags = file.rows("flags")
         flags.write(1, np.ones(1, np.uint8))
         assert flags.read().tolist() == [0, 1]
 
@@ -89,7 +92,8 @@ def _left_open(path: Path, rows: int) -> Path:
     """Copy a file as it is while its writer has it open for others to read."""
     copy = path.with_name("copy.h5")
     with File(path, "w") as file:
-        growing = file.growing("rows", (1000,), 1)
+        file.growing("rows", (1000,), 1)
+        growing = file.rows("rows")
         file.let_others_read()
         growing.write(0, np.ones((rows, 1000)))
         shutil.copy(path, copy)

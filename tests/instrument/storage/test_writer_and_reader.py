@@ -257,7 +257,7 @@ def test_a_disk_without_room_is_an_error_before_anything_moves(tmp_path: Path, m
         assert folder == tmp_path
         return room
 
-    monkeypatch.setattr("instrument.storage.writer.shutil.disk_usage", disk_usage)
+    monkeypatch.setattr("instrument.storage.place.shutil.disk_usage", disk_usage)
     with pytest.raises(InputError, match=r"1\.7 MB for 10002 patterns"):
         RecordingWriter(tmp_path / "run.h5", plan, picture_time_s=50e-6)
     assert list(tmp_path.iterdir()) == []
