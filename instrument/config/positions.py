@@ -22,6 +22,8 @@ _STRING = re.compile(
 )
 _BARE_VALUE = re.compile(r"[^,\]}#\n]*")
 
+_DEEPEST = 64  # keys further down stand where the one above them stands
+
 
 def key_lines(text: str) -> dict[KeyPath, int]:
     """Find the line, from 1, where each key, table and array element of a valid TOML text is first named."""
@@ -32,6 +34,8 @@ class _Scanner:
     def __init__(self, text: str) -> None:
         self.text = text
         self.at = 0
+        self.line, self.counted_to = 1, 0
+        """The line on which ``counted_to`` lies: each line break is counted once."""
         self.lines: dict[KeyPath, int] = {}
         self.last_index: dict[KeyPath, int] = {}
         """Of each array of tables, its newest element."""
@@ -57,7 +61,10 @@ class _Scanner:
         return found
 
     def note(self, path: KeyPath) -> None:
-        self.lines.setdefault(path, self.text.count("\n", 0, self.at) + 1)
+        self.line += self.text.count("\n", self.counted_to, self.at)
+        self.counted_to = self.at
+        if len(path) <= _DEEPEST:
+            self.lines.setdefault(path, self.line)
 
     def key(self) -> list[str]:
         parts: list[str] = []
