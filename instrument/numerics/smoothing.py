@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from instrument.numerics.spline import Spline
-from protocols import Floats, Integers, Mask
+from protocols import Floats, InputError, Integers, Mask
 
 ORDERS = (1, 2, 3, 4)
 """From a random walk to changing acceleration."""
@@ -89,6 +89,9 @@ def smooth(series: Floats, weights: Floats, *, orders: tuple[int, ...] = ORDERS,
         orders: which p to choose among: of those that predict left-out data equally well, the one with fewest degrees of freedom.
         known: whether weights are inverse variances by size too. The noise is then kept within 0.8 to 1.5 times what they say,
             so that fast motion is not mistaken for noise, nor noise for motion. Else it is estimated freely.
+
+    Raises:
+        InputError: numbers so large or so small that no fit has a finite error.
     """
     present = weights > 0
     noise = 1 / float(weights[present].mean())
@@ -96,6 +99,14 @@ def smooth(series: Floats, weights: Floats, *, orders: tuple[int, ...] = ORDERS,
     series = np.where(present, series, 0.0)
     fits = [_likely(series, weights * noise, order, bounds) for order in orders]
     scores = [fit.cross_validation(series) for fit in fits]
+    if not np.isfinite(scores).all():
+        saw, expected = (
+            f"a series from {series.min():.3g} to {series.max():.3g} that no curve predicts",
+            "a signal and its noise",
+        )
+        raise InputError(
+            saw=saw, expected=expected, remedy="look at the values for wild counts, and for what never changes"
+        )
     equal = [fit for fit, score in zip(fits, scores, strict=True) if score <= _EQUAL * min(scores)]
     return min(equal, key=lambda fit: fit.freedom)
 
