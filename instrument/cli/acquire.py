@@ -11,7 +11,7 @@ from instrument.live import LiveAnalysis
 from instrument.plan import Plan
 from instrument.recording import Recording
 from instrument.session import BlockEvent, Event, Instrument, Listener, UploadEvent
-from instrument.views import OUT, LiveView, check_table, progress, timing_table, warn
+from instrument.views import OUT, LiveView, check_table, progress, say, timing_table, warn
 
 POLISH_S: Final = 60.0
 """How long the live view may take for its last image when the run is over."""
@@ -35,7 +35,7 @@ def run(
         print_json({"recording": str(out), "timing": recording.timing.model_dump(mode="json")})
     else:
         OUT.print(timing_table(recording.timing))
-        OUT.print(f"recorded {len(recording)} frames in {out}", soft_wrap=True)
+        say(f"recorded {len(recording)} frames in {out}")
     if recording.timing.verdict == "failed":
         warn(f"the timing audit trusts no frame of this run; its raw counts are kept in {out}")
         raise typer.Exit(3)

@@ -12,7 +12,7 @@ from instrument.cli.analyse import analysed
 from instrument.cli.options import JsonOption, OverwriteOption, print_json
 from instrument.plan import Plan
 from instrument.storage import refuse_existing
-from instrument.views import OUT, figures_table
+from instrument.views import OUT, figures_table, say
 
 
 def demo(
@@ -39,14 +39,11 @@ def demo(
         )
         return
     OUT.print(figures_table("Demo: a letter that never stood still", {"seed": str(seed), **analysis.figures.rows()}))
-    OUT.print(
-        f"Look at {out / 'summary.png'}. Then change {plan_toml} or {bench_toml} and do it step by step:",
-        soft_wrap=True,
-    )
+    say(f"Look at {out / 'summary.png'}. Then change {plan_toml} or {bench_toml} and do it step by step:")
     run_again = out / "again.h5"
-    OUT.print(f"  kinopix check   --bench {bench_toml} --plan {plan_toml}", soft_wrap=True)
-    OUT.print(f"  kinopix run     --bench {bench_toml} --plan {plan_toml} --out {run_again}", soft_wrap=True)
-    OUT.print(f"  kinopix analyse {run_again}", soft_wrap=True)
+    say(f"  kinopix check   --bench {bench_toml} --plan {plan_toml}")
+    say(f"  kinopix run     --bench {bench_toml} --plan {plan_toml} --out {run_again}")
+    say(f"  kinopix analyse {run_again}")
 
 
 def _write_inputs(folder: Path, seed: int) -> tuple[Path, Path]:

@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, cast
@@ -83,7 +84,7 @@ def beyond_measure(document: Document) -> list[Problem]:
         if isinstance(value, dict):
             inner = list(cast("dict[str | int, Any]", value).items())
         elif isinstance(value, list):
-            inner = list(enumerate(cast("list[Any]", value)))
+            inner = list(enumerate(cast("Sequence[Any]", value)))
         elif isinstance(value, int) and value.bit_length() > 63:
             key = ".".join(str(part) for part in path)
             saw, expected = f"a whole number of {value.bit_length()} bits", "a number of 64 bits at most"

@@ -53,7 +53,7 @@ def load_object(
             left, top = round(image_size / 4 - width / 2), round(image_size / 4 - height / 2)
             return AreaImage(drawing.cells, drawing.cell_px, left, top)
         return AreaImage(drawing.cells, drawing.cell_px, centre_px[0] - width / 2, centre_px[1] - height / 2)
-    cells = _load_cells(folder / name, f"[scene] {key}")
+    cells = _load_cells(folder / name, f"[scene] {key} = '{name}'")
     cell_px = image_size / max(cells.shape) if height_px is None else height_px / len(cells)
     height, width = (side * cell_px for side in cells.shape)
     x_px, y_px = centre_px or (image_size / 2, image_size / 2)
@@ -63,7 +63,7 @@ def load_object(
 def _load_cells(path: Path, key: str) -> Floats:
     if not _is_there(path):
         raise InputError(
-            saw=f"{key} = '{path.name}', which is neither a built-in object nor a file in {path.parent}",
+            saw=f"{key}, which is neither a built-in object nor a file in {path.parent}",
             expected=f"one of {', '.join(sorted(BUILT_INS))}, or a PNG or NPY file",
             remedy="correct the name, or give the path relative to bench.toml",
         )

@@ -1,6 +1,6 @@
 """Every number that bench.toml and plan.toml can give to what is simulated has a least and a largest value."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, cast
 
 import pytest
@@ -24,7 +24,7 @@ SIMULATED: list[tuple[PluginKind, str]] = [
 def unbounded(schema: object, path: str = "") -> Iterator[str]:
     """Numbers in a JSON schema that have no end on one side."""
     if isinstance(schema, list):
-        for inner in cast("list[Any]", schema):
+        for inner in cast("Sequence[Any]", schema):
             yield from unbounded(inner, path)
     if isinstance(schema, dict):
         table = cast("dict[str, Any]", schema)
