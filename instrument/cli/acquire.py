@@ -6,6 +6,7 @@ from typing import Annotated, Final
 import typer
 from rich.progress import Progress
 
+from instrument.cli.libraries import tell_libraries
 from instrument.cli.options import BenchOption, JsonOption, OverwriteOption, PlanOption, print_json
 from instrument.live import LiveAnalysis
 from instrument.plan import Plan
@@ -87,6 +88,7 @@ class _ProgressBars:
 
 def check(bench: BenchOption, plan: PlanOption, as_json: JsonOption = False) -> None:
     """Check a plan against the bench: timing, memory, count rate, travel. Nothing moves and nothing is shown."""
+    tell_libraries(bench)
     with Instrument.from_toml(bench) as instrument:
         report = instrument.check(Plan.from_toml(plan))
     if as_json:
