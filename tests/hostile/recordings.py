@@ -53,7 +53,7 @@ def _values(values: Floats, kind: str, random: np.random.Generator) -> Floats:
         case "exchanged":
             return values[:, random.permutation(values.shape[1])]
         case "complemented":
-            return values.max() - values
+            return float(values.max()) - values
         case "spikes":
             flat[random.integers(0, flat.size, 5)] *= 100
             return flat.reshape(values.shape)
