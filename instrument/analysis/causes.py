@@ -1,6 +1,6 @@
 """Why a recording cannot be analysed, in words: looked for before the work, where it can be seen in the values themselves."""
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from typing import Final
 
@@ -76,7 +76,7 @@ def _refuse_exchanged(measurement: Measurement) -> None:
 
 
 @contextmanager
-def numbers_that_end() -> Iterator[None]:
+def numbers_that_end() -> Generator[None, None, None]:
     """Let no arithmetic warning through and no singular matrix: what came of them is looked at by ``refuse_endless``.
 
     Raises:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from instrument.analysis import Analysis, analyse
+from instrument.analysis import analyse
 from instrument.recording import Recording
 from instrument.session import Instrument
 from protocols import InputError
@@ -36,7 +36,7 @@ def answered(recording: Recording) -> bool:
         analysis = analyse(recording)
     except InputError as error:
         return len(error.saw) > 10 and len(error.remedy) > 10
-    return isinstance(analysis, Analysis) and analysis.image is not None and bool(np.isfinite(analysis.image).all())
+    return analysis.image is not None and bool(np.isfinite(analysis.image).all())
 
 
 def refusal(recording: Recording) -> str:
