@@ -64,7 +64,10 @@ def _values(values: Floats, kind: str, random: np.random.Generator) -> Floats:
         case "one frame lit":
             return np.where(np.arange(len(values))[:, None] == int(random.integers(len(values))), values, 0.0)
         case "one column":
-            return np.where(np.arange(values.shape[1]) == int(random.integers(values.shape[1])), values, 0.0)
+            kept = np.zeros_like(values)
+            column = int(random.integers(values.shape[1]))
+            kept[:, column] = values[:, column]
+            return kept
         case "step":
             later = np.arange(len(values)) >= len(values) // 2
             return values * (1 + 999 * later[:, None].astype(np.float64))
