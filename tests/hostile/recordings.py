@@ -64,8 +64,8 @@ def _values(values: Floats, kind: str, random: np.random.Generator) -> Floats:
         case "one frame lit":
             return np.where(np.arange(len(values))[:, None] == int(random.integers(len(values))), values, 0.0)
         case "one column":
-            kept = np.zeros_like(values)
-            column = int(random.integers(values.shape[1]))
+            kept: Floats = np.zeros(values.shape)
+            column = int(random.integers(len(values[0])))
             kept[:, column] = values[:, column]
             return kept
         case "step":
