@@ -3,18 +3,9 @@
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self
 
-from pydantic import (
-    Field,
-    NonNegativeFloat,
-    PlainValidator,
-    PositiveFloat,
-    PositiveInt,
-    SerializeAsAny,
-    field_validator,
-    model_validator,
-)
+from pydantic import Field, PlainValidator, SerializeAsAny, field_validator, model_validator
 
 from instrument.config import (
     DEFAULT_SCHEME,
@@ -30,23 +21,35 @@ from protocols import Frozen, MotionProfile, PixelGrid
 _ONCE_OF_THE_PLAN = ("upsampling", "fourier_cycles", "hadamard_order", "shuffle_seed")
 """Keys that stood beside ``scheme`` in recordings of version 0.1."""
 
+MOST_PATTERNS: Final = 100_000_000
+"""Patterns of a run at most: 2 GB of counts and values, and a hundred times what known boards play."""
+
+MOST_PATTERN_GB: Final = 8.0
+"""Room for unique patterns: twice the memory of the boards that are known."""
+
+MOST_DAYS: Final = 7
+"""Length of a run, ramps included."""
+
+SLOWEST_MM_S: Final = 1e-6
+"""A stage that is slower than this stands still."""
+
 
 class MotionPlan(Frozen):
     """How the stage carries the object during a run."""
 
-    start_mm: float = 0.0
+    start_mm: Annotated[float, Field(ge=-1e6, le=1e6)] = 0.0
     """Where the stage stands before the run. The run-up starts here."""
 
-    velocity_mm_s: float
+    velocity_mm_s: Annotated[float, Field(ge=-1e6, le=1e6)]
     """Cruise velocity; its sign is the direction."""
 
-    acceleration_mm_s2: PositiveFloat = 50.0
+    acceleration_mm_s2: Annotated[float, Field(gt=0, le=1e9)] = 50.0
     """Acceleration of the run-up and of the run-down."""
 
     acquire: Literal["cruise", "from-rest"] = "cruise"
     """``cruise``: the first pattern is shown when the run-up is over. ``from-rest``: when the stage starts to move."""
 
-    settle_s: NonNegativeFloat = 0.1
+    settle_s: Annotated[float, Field(ge=0, le=3600)] = 0.1
     """``cruise`` only: time of cruise before the first pattern and after the last, as the controllers respond late."""
 
     @field_validator("velocity_mm_s")
@@ -54,6 +57,8 @@ class MotionPlan(Frozen):
     def _moves(cls, velocity_mm_s: float) -> float:
         if velocity_mm_s == 0:
             raise ValueError("is 0: leave out the whole [motion] table for an object at rest")
+        if abs(velocity_mm_s) < SLOWEST_MM_S:
+            raise ValueError(f"is {velocity_mm_s:g}: at least {SLOWEST_MM_S:g}, a millimetre in 11 days")
         return velocity_mm_s
 
     @property
@@ -85,19 +90,19 @@ class Plan(Frozen):
     )
     """What one frame shows and how its values are decoded: the scheme's name, and its own settings in a table."""
 
-    frames: PositiveInt
+    frames: Annotated[int, Field(gt=0, le=MOST_PATTERNS)]
     """Number of frames in the run, each with one displacement."""
 
-    pattern_rate_hz: PositiveFloat = 20_000.0
+    pattern_rate_hz: Annotated[float, Field(ge=1e-3)] = 20_000.0
     """Patterns per second. Boards keep whole microseconds: see ``picture_time_us``."""
 
-    image_size: PositiveInt = 128
+    image_size: Annotated[int, Field(gt=0, le=4096)] = 128
     """Image pixels a side (m): a power of two, as Hadamard patterns need it."""
 
-    superpixel: PositiveInt = 2
+    superpixel: Annotated[int, Field(gt=0, le=4096)] = 2
     """Mirrors a side of one image pixel."""
 
-    brightest_counts: PositiveFloat | None = None
+    brightest_counts: Annotated[float, Field(gt=0, le=1e12)] | None = None
     """Counts expected of the brightest pattern, for the check against dead time. None skips the check."""
 
     motion: MotionPlan | None = None
@@ -110,7 +115,25 @@ class Plan(Frozen):
         if self.pattern_rate_hz > 1e6:
             raise ValueError(f"pattern_rate_hz is {self.pattern_rate_hz:g}: at most 1e6, one microsecond a picture")
         self.scheme.check(self.image_size, self.superpixel)
+        self._bearable()
         return self
+
+    def _bearable(self) -> None:
+        """Refuse a run that no bench lives long enough for, and no computer has room for, before any is taken."""
+        if self.patterns > MOST_PATTERNS:
+            most = MOST_PATTERNS // self.patterns_per_frame
+            raise ValueError(f"frames is {self.frames}: at most {most} of this scheme, {MOST_PATTERNS} patterns")
+        unique = self.patterns_per_frame * min(self.frames, self.image_size**2)
+        gigabytes = unique * self.image_size**2 / 8 / 1e9
+        if gigabytes > MOST_PATTERN_GB:
+            raise ValueError(
+                f"frames is {self.frames}: their patterns of {self.image_size} x {self.image_size} px take "
+                f"{gigabytes:.3g} GB, where {MOST_PATTERN_GB:g} are the most; lower frames or image_size"
+            )
+        motion_s = 0.0 if self.motion is None else 2 * (self.motion.profile.ramp_time_s + self.motion.settle_s)
+        days = (self.run_time_s + motion_s) / 86_400
+        if days > MOST_DAYS:
+            raise ValueError(f"frames is {self.frames}: this run takes {days:.3g} days, where {MOST_DAYS} are the most")
 
     @property
     def picture_time_us(self) -> int:

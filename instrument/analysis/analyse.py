@@ -7,6 +7,7 @@ from typing import TypeAlias, get_args
 
 import numpy as np
 
+from instrument.analysis.causes import numbers_that_end, refuse_endless, refuse_hopeless, refuse_size
 from instrument.analysis.merit import Figures, figures_of
 from instrument.choices import Method, Tracking
 from instrument.joint import refine
@@ -76,7 +77,8 @@ def analyse(
         on_step: function that is called before each step.
 
     Raises:
-        InputError: no frame is usable, the object leaves the field, or the tracking or the method is unknown.
+        InputError: no frame is usable, nothing can be found in the values, the object leaves the field, or the tracking or the
+            method is unknown.
     """
     if tracking not in get_args(Tracking):
         raise InputError(
@@ -93,25 +95,31 @@ def analyse(
         )
     tell: OnStep = on_step or _tell_nobody
     started_s = time.perf_counter()
+    if isinstance(recording, Recording):  # pyright: ignore[reportUnnecessaryIsInstance] - a script may pass a path
+        refuse_size(recording)
     measurement = Measurement.of(recording)
-    tell("following the object", 0, 3)
+    refuse_hopeless(measurement)
     trajectory: Trajectory | None = None
-    if measurement.scheme.position is not None:
-        trajectory = track(measurement, "per-frame" if tracking == "per-frame" else "smooth")
-    tell("reconstructing", 1, 3)
     reconstruction: Reconstruction | None = None
     ignored: Floats | None = None
     refinements = 0
-    if measurement.scheme.image_rows is not None:
-        if trajectory is not None and tracking == "joint":
-            refined = refine(measurement, trajectory)
-            trajectory, reconstruction, refinements = refined.trajectory, refined.image, refined.refinements
-        if reconstruction is None or method != "tv":
-            reconstruction = reconstruct(measurement, trajectory, method)
+    with numbers_that_end():
+        tell("following the object", 0, 3)
+        if measurement.scheme.position is not None:
+            trajectory = track(measurement, "per-frame" if tracking == "per-frame" else "smooth")
+        tell("reconstructing", 1, 3)
+        if measurement.scheme.image_rows is not None:
+            if trajectory is not None and tracking == "joint":
+                refined = refine(measurement, trajectory)
+                trajectory, reconstruction, refinements = refined.trajectory, refined.image, refined.refinements
+            if reconstruction is None or method != "tv":
+                reconstruction = reconstruct(measurement, trajectory, method)
+    refuse_endless(trajectory, reconstruction)
     took_s = time.perf_counter() - started_s
     tell("comparing", 2, 3)
-    if reconstruction is not None:
-        ignored = reconstruct(measurement, None, "conventional").image
-    figures = figures_of(measurement, recording.truth, trajectory, reconstruction, took_s)
+    with numbers_that_end():
+        if reconstruction is not None:
+            ignored = reconstruct(measurement, None, "conventional").image
+        figures = figures_of(measurement, recording.truth, trajectory, reconstruction, took_s)
     tell("done", 3, 3)
     return Analysis(recording, tracking, trajectory, reconstruction, ignored, refinements, figures)

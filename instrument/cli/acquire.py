@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
+from instrument.cli.libraries import tell_libraries
 from instrument.cli.options import BenchOption, JsonOption, OverwriteOption, PlanOption, print_json
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ def run(
 ) -> None:
     """Acquire: move the stage, play the patterns, count the light, write the recording while it runs."""
     from instrument.plan import Plan
-    from instrument.views import OUT, timing_table, warn
+    from instrument.views import OUT, say, timing_table, warn
 
     recording = record(bench, Plan.from_toml(plan), out, overwrite=overwrite, live=live)
     if recording.timing is None:
@@ -42,7 +43,7 @@ def run(
         print_json({"recording": str(out), "timing": recording.timing.model_dump(mode="json")})
     else:
         OUT.print(timing_table(recording.timing))
-        OUT.print(f"recorded {len(recording)} frames in {out}", soft_wrap=True)
+        say(f"recorded {len(recording)} frames in {out}")
     if recording.timing.verdict == "failed":
         warn(f"the timing audit trusts no frame of this run; its raw counts are kept in {out}")
         raise typer.Exit(3)
@@ -110,6 +111,7 @@ def check(bench: BenchOption, plan: PlanOption, as_json: JsonOption = False) -> 
     from instrument.session import Instrument
     from instrument.views import OUT, check_table
 
+    tell_libraries(bench)
     with Instrument.from_toml(bench) as instrument:
         report = instrument.check(Plan.from_toml(plan))
     if as_json:

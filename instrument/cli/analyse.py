@@ -10,7 +10,7 @@ import typer
 
 from instrument.choices import Method, Tracking
 from instrument.cli.options import JsonOption, print_json
-from instrument.views import OUT, figures_table, progress, warn
+from instrument.views import OUT, figures_table, progress, say, warn
 
 if TYPE_CHECKING:
     from instrument.analysis import Analysis
@@ -56,7 +56,7 @@ def analyse_file(
         return
     OUT.print(figures_table(f"Analysis of {file.name}", analysis.figures.rows()))
     for path in drawn:
-        OUT.print(f"drawn {path}", soft_wrap=True)
+        say(f"drawn {path}")
 
 
 def analysed(recording: "Recording", tracking: Tracking, method: Method) -> "Analysis":

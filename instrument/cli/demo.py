@@ -22,7 +22,7 @@ def demo(
     from instrument.analysis import store
     from instrument.plan import Plan
     from instrument.storage import refuse_existing
-    from instrument.views import OUT, figures_table, picture_folder, write_pictures
+    from instrument.views import OUT, figures_table, picture_folder, say, write_pictures
 
     picture_folder(out)
     run_h5 = out / "run.h5"
@@ -38,14 +38,11 @@ def demo(
         )
         return
     OUT.print(figures_table("Demo: a letter that never stood still", {"seed": str(seed), **analysis.figures.rows()}))
-    OUT.print(
-        f"Look at {out / 'summary.png'}. Then change {plan_toml} or {bench_toml} and do it step by step:",
-        soft_wrap=True,
-    )
+    say(f"Look at {out / 'summary.png'}. Then change {plan_toml} or {bench_toml} and do it step by step:")
     run_again = out / "again.h5"
-    OUT.print(f"  kinopix check   --bench {bench_toml} --plan {plan_toml}", soft_wrap=True)
-    OUT.print(f"  kinopix run     --bench {bench_toml} --plan {plan_toml} --out {run_again}", soft_wrap=True)
-    OUT.print(f"  kinopix analyse {run_again}", soft_wrap=True)
+    say(f"  kinopix check   --bench {bench_toml} --plan {plan_toml}")
+    say(f"  kinopix run     --bench {bench_toml} --plan {plan_toml} --out {run_again}")
+    say(f"  kinopix analyse {run_again}")
 
 
 def _write_inputs(folder: Path, seed: int) -> tuple[Path, Path]:

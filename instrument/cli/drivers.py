@@ -1,11 +1,11 @@
 """``kinopix drivers``: what is installed, what is missing, what is plugged in."""
 
 import typer
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from instrument.cli.options import JsonOption, print_json
-from instrument.views import OUT, progress
+from instrument.views import OUT, plain, progress, say
 
 app = typer.Typer(help="List drivers, transports, scenes and schemes; look for devices.", invoke_without_command=True)
 
@@ -39,14 +39,17 @@ def listing(context: typer.Context, as_json: JsonOption = False) -> None:
         table.add_column(column)
     for line in lines:
         ready = line.availability.ready and not line.error
-        state = f"[green]ready[/] {line.availability.version}" if ready else "[yellow]not ready[/]"
+        state = plain("ready", "green") if ready else plain("not ready", "yellow")
+        version = plain(f" {line.availability.version}") if ready else Text()
         origin = f"{line.plugin.distribution} {line.plugin.version}"
-        table.add_row(line.plugin.kind, line.plugin.name, origin, state, line.summary)
+        cells = (line.plugin.kind, line.plugin.name, origin)
+        table.add_row(*map(plain, cells), Text.assemble(state, version), plain(line.summary))
     OUT.print(table)
     for line in lines:
         missing = line.error or line.availability.missing
         if missing:
-            OUT.print(f"[yellow]{line.plugin.name}[/] is not ready: {escape(missing)}", soft_wrap=True)
+            name = plain(line.plugin.name, "yellow")
+            OUT.print(Text.assemble(name, plain(f" is not ready: {missing}")), soft_wrap=True)
 
 
 @app.command()
@@ -63,6 +66,6 @@ def probe() -> None:
                 continue
             for device in line.plugin.load_driver().probe():
                 found += 1
-                OUT.print(f"{line.plugin.kind} {line.plugin.name}: {device}", soft_wrap=True)
+                say(f"{line.plugin.kind} {line.plugin.name}: {device}")
     if not found:
         OUT.print("no device found; simulated ones need none")

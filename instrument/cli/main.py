@@ -49,9 +49,23 @@ def main(arguments: list[str] | None = None) -> None:
     sys.exit(status(arguments))
 
 
+def _refuse_bytes(arguments: list[str]) -> None:
+    """Refuse names that are no text: a recording keeps names as UTF-8, and would fail when it is begun."""
+    for argument in arguments:
+        if not argument.isascii() and argument != argument.encode(errors="replace").decode():
+            from protocols import InputError
+
+            raise InputError(
+                saw=f"the argument {argument!a}, which has bytes that are no text",
+                expected="names in UTF-8",
+                remedy="rename the file or folder",
+            )
+
+
 def status(arguments: list[str] | None = None) -> int:
     """Run the command and give its exit code."""
     try:
+        _refuse_bytes(sys.argv[1:] if arguments is None else arguments)
         app(arguments)
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else int(end.code is not None)

@@ -4,9 +4,9 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Generic, Literal, TypeAlias, TypeVar
+from typing import Annotated, Any, Generic, Literal, TypeAlias, TypeVar
 
-from pydantic import BaseModel, ConfigDict, PositiveFloat, ValidationError, create_model
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from instrument.config.check import validate_table
 from instrument.config.discovery import (
@@ -52,7 +52,7 @@ class StageTable(DeviceTable):
     on_abort: OnAbort = "stop"
     """What the stage does when a run is broken off."""
 
-    px_per_mm: PositiveFloat | None = None
+    px_per_mm: Annotated[float, Field(gt=0, le=1e6)] | None = None
     """Image pixels a millimetre of travel, where it was measured: lets plans be checked for displacement a frame."""
 
 

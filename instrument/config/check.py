@@ -9,7 +9,7 @@ from typing import Any, TypeVar, cast, get_args
 from pydantic import BaseModel, ValidationError
 
 from instrument.config.document import Document
-from instrument.config.errors import Problem
+from instrument.config.errors import MOST_TOLD, Problem
 from instrument.config.positions import KeyPath
 from instrument.config.suggest import suggest_key, suggest_value
 
@@ -51,7 +51,8 @@ def validate_table(
         return model.model_validate_json(json.dumps(values, default=str), strict=True), []
     except ValidationError as error:
         place = _Place(model, document, table, tuple(reserved))
-        return None, _merged([place.problem(dict(detail)) for detail in error.errors()])
+        found = sorted(map(dict, error.errors(include_url=False, include_input=False)), key=place.line)
+        return None, _merged([place.problem(detail, told=k < MOST_TOLD) for k, detail in enumerate(found)])
 
 
 @dataclass(frozen=True)
@@ -70,11 +71,15 @@ class _Place:
     reserved: tuple[str, ...]
     """Keys of the table that another model takes."""
 
-    def problem(self, detail: dict[str, Any]) -> Problem:
-        """Give one of pydantic's errors as a problem."""
+    def line(self, detail: dict[str, Any]) -> int:
+        """Give the line on which one of pydantic's errors stands; 0 for the whole file."""
+        return self.document.line_of((*self.table, *detail["loc"])) or 0
+
+    def problem(self, detail: dict[str, Any], *, told: bool) -> Problem:
+        """Give one of pydantic's errors as a problem, with a suggestion where it will be ``told``."""
         path, kind = self.real_path(detail), str(detail["type"])
         if kind == "extra_forbidden":
-            saw, expected, suggestion = self.unknown_key(path)
+            saw, expected, suggestion = self.unknown_key(path) if told else ("an unknown key", "no key here", "")
         elif kind in {"missing", "union_tag_not_found"}:
             saw, expected, suggestion = self.missing_key(path)
         elif kind == "value_error":
@@ -105,7 +110,7 @@ class _Place:
     def unknown_key(self, path: KeyPath) -> tuple[str, str, str]:
         """Say what was seen, expected and probably meant where the model does not know the key."""
         known = [*fields_at(self.model, path[:-1]), *(self.reserved if len(path) == 1 else ())]
-        present = self.keys_beside(path)
+        present = set(self.keys_beside(path))
         # A key that the table already has is probably not what was meant, unless it is the only one that is similar.
         suggestion = suggest_key(str(path[-1]), [key for key in known if key not in present] or known)
         return "an unknown key", f"one of {', '.join(known)}" if known else "no key here", suggestion

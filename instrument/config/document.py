@@ -2,14 +2,22 @@
 
 import re
 import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final, cast
 
 from instrument.config.errors import ConfigError, Problem
 from instrument.config.positions import KeyPath, key_lines
+from protocols.plain_file import read_plain
 
 _PLACE = re.compile(r"^(.*?) \(at (?:line (\d+), column (\d+)|end of document)\)$", re.DOTALL)
+
+MOST_BYTES: Final = 1_000_000
+"""Size of a TOML file at most: a thousand times one that people write."""
+
+_MOST_DOTS: Final = 1000  # in a line
+_DEEPEST: Final = 64
 
 
 @dataclass(frozen=True)
@@ -46,22 +54,61 @@ def read_document(path: Path) -> Document:
     """Read a TOML file.
 
     Raises:
-        ConfigError: the file does not exist, cannot be read, is not UTF-8, or is not TOML.
+        ConfigError: the file does not exist, is no plain file, cannot be read, is larger than ``MOST_BYTES``, is not UTF-8, or is
+            not TOML.
     """
     text = _decode(path, _read(path))
+    _refuse_long_keys(path, text)
     try:
         values = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise _syntax(path, text, str(error)) from error
+    except ValueError as error:  # Python refuses to read thousands of digits, as that would take for ever
+        raise _whole(path, "a number of more than 4300 digits", "numbers that mean something", "") from error
     except RecursionError as error:
         raise _whole(path, "brackets nested beyond all measure", "valid TOML", "") from error
-    return Document(path=path, values=values, lines=key_lines(text))
+    document = Document(path=path, values=values, lines=key_lines(text))
+    beyond = beyond_measure(document)
+    if beyond:
+        raise ConfigError(path, beyond)
+    return document
+
+
+def beyond_measure(document: Document) -> list[Problem]:
+    """Find what TOML allows but no program should be given: tables in tables without end, and whole numbers above 64 bits."""
+    found: list[Problem] = []
+    waiting: list[tuple[KeyPath, Any]] = [((), document.values)]
+    while waiting:
+        path, value = waiting.pop()
+        inner: list[tuple[str | int, Any]] = []
+        if isinstance(value, dict):
+            inner = list(cast("dict[str | int, Any]", value).items())
+        elif isinstance(value, list):
+            inner = list(enumerate(cast("Sequence[Any]", value)))
+        elif isinstance(value, int) and value.bit_length() > 63:
+            key = ".".join(str(part) for part in path)
+            saw, expected = f"a whole number of {value.bit_length()} bits", "a number of 64 bits at most"
+            found.append(Problem(document.path, document.line_of(path), key, saw, expected))
+        if inner and len(path) >= _DEEPEST:
+            saw, expected = "tables nested beyond all measure", f"at most {_DEEPEST} in each other"
+            return [Problem(document.path, document.line_of(path), "", saw, expected)]
+        waiting += [((*path, key), each) for key, each in inner]
+    return found
+
+
+def _refuse_long_keys(path: Path, text: str) -> None:
+    """A key of 100,000 parts would keep every parser busy for minutes."""
+    for number, line in enumerate(text.split("\n"), 1):
+        dots = line.count(".")
+        if dots > _MOST_DOTS:
+            saw, expected = f"a line with {dots} dots", f"{_MOST_DOTS} at most"
+            raise ConfigError(path, [Problem(path, number, "", saw, expected, "break long lists into lines")])
 
 
 def _read(path: Path) -> bytes:
     """Read the bytes of a file."""
     try:
-        return path.read_bytes()
+        return read_plain(path, MOST_BYTES)
     except FileNotFoundError as error:
         others = ", ".join(sorted(other.name for other in path.parent.glob("*.toml"))) or "no .toml file"
         raise _whole(path, "no such file", "a TOML file", f"{path.absolute().parent} holds {others}") from error

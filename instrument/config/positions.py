@@ -22,6 +22,8 @@ _STRING = re.compile(
 )
 _BARE_VALUE = re.compile(r"[^,\]}#\n]*")
 
+_DEEPEST = 64  # keys further down stand where the one above them stands
+
 
 def key_lines(text: str) -> dict[KeyPath, int]:
     """Find the line, from 1, where each key, table and array element of a valid TOML text is first named."""
@@ -35,6 +37,8 @@ class _Scanner:
         self.text = text
         self.at = 0
         """Index of the next character."""
+        self.line, self.counted_to = 1, 0
+        """Line on which the character ``counted_to`` stands: each line break is counted once."""
         self.lines: dict[KeyPath, int] = {}
         self.last_index: dict[KeyPath, int] = {}
         """Index of the newest element of each array of tables."""
@@ -64,7 +68,10 @@ class _Scanner:
 
     def note(self, path: KeyPath) -> None:
         """Note the current line for a path that has none yet."""
-        self.lines.setdefault(path, self.text.count("\n", 0, self.at) + 1)
+        self.line += self.text.count("\n", self.counted_to, self.at)
+        self.counted_to = self.at
+        if len(path) <= _DEEPEST:
+            self.lines.setdefault(path, self.line)
 
     def key(self) -> list[str]:
         """Read a key, dotted or not, as its parts."""

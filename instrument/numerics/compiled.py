@@ -2,9 +2,12 @@
 
 A tracker and a solver take many short steps, each of which depends on the one before. In numpy such a step would cost the call
 rather than the arithmetic. These loops are therefore written in plain Python on arrays, and compiled when their module is
-imported, so that no run waits for a compiler. The machine code is kept on disk for the next process.
+imported, so that no run waits for a compiler. The machine code is kept on disk for the next process. Where what is kept there
+cannot be read, or nothing can be kept, the loops are compiled for this process alone: that costs time, and nothing else.
 """
 
+import os
+import warnings
 from collections.abc import Callable
 from typing import Any, Final, TypeVar, cast
 
@@ -30,12 +33,42 @@ def compiled(signature: str, *, sums_reordered: bool = False) -> Callable[[_F], 
     }
 
     def decorate(function: _F) -> _F:
-        try:
-            return cast("_F", numba.njit(signature, cache=True, **options)(function))
-        except RuntimeError:  # numba finds no folder to write to, and compiles in every process
-            return cast("_F", numba.njit(signature, **options)(function))
+        if _kept.usable:
+            try:
+                return cast("_F", numba.njit(signature, cache=True, **options)(function))
+            except Exception as error:  # noqa: BLE001 - whatever comes of bytes that are unpickled; ours come again below
+                _kept.fails(error)
+        return cast("_F", numba.njit(signature, **options)(function))
 
     return decorate
+
+
+class _Kept:
+    """The folder of compiled code: whether it is of use, and whether that was told."""
+
+    def __init__(self) -> None:
+        self.usable = True
+        """Whether to look into it: not after a disk was full, as each loop would be compiled twice."""
+
+        self._told = False
+
+    def fails(self, error: Exception) -> None:
+        """Take note of an error in reading from the folder, or in writing to it, and tell the first."""
+        if isinstance(error, OSError):
+            self.usable = False
+        if self._told or isinstance(error, RuntimeError):  # numba knows of no folder that can be written to: so it is
+            return
+        self._told = True
+        folder = os.environ.get("NUMBA_CACHE_DIR") or "the folders __pycache__ of Kinopix"
+        warnings.warn(
+            f"kept machine code cannot be used ({type(error).__name__}: {error}), and is compiled anew, which takes some "
+            f"seconds at every start. To do: make room for {folder}, or delete the files *.nbi and *.nbc in it.",
+            RuntimeWarning,
+            stacklevel=3,
+        )
+
+
+_kept = _Kept()
 
 
 def inlined(function: _F) -> _F:

@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 
 from instrument.numerics.spline import Spline
-from protocols import Floats, Integers, Mask
+from protocols import Floats, InputError, Integers, Mask
 
 ORDERS: Final = (1, 2, 3, 4)
 """Orders to choose among, from a random walk to changing acceleration."""
@@ -97,6 +97,9 @@ def smooth(
             freedom is taken.
         absolute_weights: whether the weights are inverse variances by size too. The noise is then kept within 0.8 to 1.5 times
             what they say, so that fast motion is not mistaken for noise, nor noise for motion. Otherwise it is estimated freely.
+
+    Raises:
+        InputError: the numbers are so large or so small that no fit has a finite error.
     """
     present = weights > 0
     noise = 1 / float(weights[present].mean())
@@ -104,6 +107,12 @@ def smooth(
     data = _Data(np.where(present, series, 0.0), weights * noise, noise_bounds)
     fits = [_averaged(data, order) for order in orders]
     scores = [fit.cross_validation(data.series) for fit in fits]
+    if not np.isfinite(scores).all():
+        raise InputError(
+            saw=f"a series from {data.series.min():.3g} to {data.series.max():.3g} that no curve predicts",
+            expected="a signal and its noise",
+            remedy="look at the values for wild counts, and for what never changes",
+        )
     best = [fit for fit, score in zip(fits, scores, strict=True) if score <= _EQUAL_SCORES * min(scores)]
     return min(best, key=lambda fit: fit.degrees_of_freedom)
 

@@ -12,7 +12,9 @@ from .terminal import ERR as ERR
 from .terminal import OUT as OUT
 from .terminal import check_table as check_table
 from .terminal import figures_table as figures_table
+from .terminal import plain as plain
 from .terminal import progress as progress
+from .terminal import say as say
 from .terminal import show_error as show_error
 from .terminal import timing_table as timing_table
 from .terminal import warn as warn
@@ -26,9 +28,11 @@ __all__ = [
     "figures_table",
     "image_figure",
     "picture_folder",
+    "plain",
     "progress",
     "recording_table",
     "save",
+    "say",
     "show_error",
     "summary_figure",
     "timing_figure",

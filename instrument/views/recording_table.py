@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from instrument.views.terminal import coloured, figures_table
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:  # only named in signatures: a table loads no numpy
 def recording_table(info: "RecordingInfo") -> Table:
     """Give what a recording is, a line for each thing that a person may ask of it."""
     masked = "not audited" if info.frames_masked is None else f"{info.frames_masked} masked"
-    rows = {
+    rows: dict[str, str | Text] = {
         "title": info.title,
         "written by": f"{info.program} {info.version}, layout {info.layout}, {info.file_bytes / 1e6:.1f} MB",
         "recorded": f"{info.start_time} to {info.end_time or '-'}",
@@ -27,14 +27,13 @@ def recording_table(info: "RecordingInfo") -> Table:
         "holds": _holds(info),
         **{role: _device(identity) for role, identity in info.devices.items()},
     }
-    rows = {name: escape(text) for name, text in rows.items()}
     if info.timing is not None:
         rows["timing"] = coloured(info.timing.verdict)
         rows |= _numbered("note", info.timing.notes)
     if info.analysis is not None:
-        rows |= {name: escape(text) for name, text in _analysis(info.analysis).items()}
+        rows |= _analysis(info.analysis)
         rows |= _numbered("doubt", info.analysis.table.get("doubts") or ())
-    return figures_table(escape(str(info.path)), rows)
+    return figures_table(str(info.path), rows)
 
 
 def plan_in_words(plan: "Plan") -> str:
@@ -95,4 +94,4 @@ def _analysis(analysis: "AnalysisInfo") -> dict[str, str]:
 
 
 def _numbered(name: str, texts: Iterable[str]) -> dict[str, str]:
-    return {f"{name} {k}": escape(text) for k, text in enumerate(texts, 1)}
+    return {f"{name} {k}": text for k, text in enumerate(texts, 1)}

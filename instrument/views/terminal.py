@@ -1,32 +1,49 @@
 """Tables, messages and progress bars in the terminal."""
 
+import re
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Final
 
 from rich.console import Console
-from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
+from rich.text import Text
 
 if TYPE_CHECKING:  # these are named in signatures only, so that a table loads no numpy
     from instrument.acquisition import CheckReport
     from instrument.recording import TimingReport
     from protocols import KinopixError
 
-OUT: Final = Console(highlight=False)
+OUT: Final = Console(highlight=False, emoji=False)
 """Standard output, for figures and tables."""
 
-ERR: Final = Console(stderr=True, highlight=False)
+ERR: Final = Console(stderr=True, highlight=False, emoji=False)
 """Standard error, for progress, warnings and errors, so that the output of ``--json`` holds nothing else."""
 
 _LISTED = 8
 _COLOURS = {"good": "green", "warning": "yellow", "flagged": "yellow", "error": "red", "failed": "red"}
 
+_STEERING = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+"""Characters that move a terminal's cursor, turn its writing round, or are none at all."""
+
+
+def plain(text: str, style: str = "") -> Text:
+    r"""Give a text to be printed as it stands: brackets are no markup, and what would steer the terminal is written out.
+
+    Names of files, plans and plug-ins come from anywhere: ``a[bold].h5`` is printed so, and an escape as ``\x1b``.
+    """
+    return Text(_STEERING.sub(lambda found: ascii(found[0])[1:-1], text), style=style)
+
+
+def say(message: str) -> None:
+    """Print one line to standard output, as it stands."""
+    OUT.print(plain(message), soft_wrap=True)
+
 
 def progress() -> Progress:
     """Give a progress bar with count, elapsed and remaining time. It removes itself, and nothing else, at its end."""
     return Progress(
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(),
         MofNCompleteColumn(),
         TimeElapsedColumn(),
@@ -36,13 +53,13 @@ def progress() -> Progress:
     )
 
 
-def figures_table(title: str, figures: Mapping[str, str]) -> Table:
+def figures_table(title: str, figures: Mapping[str, str | Text]) -> Table:
     """Give a table of two columns, name and value."""
-    table = Table(title=title, title_justify="left", show_header=False)
+    table = Table(title=plain(title), title_justify="left", show_header=False)
     table.add_column(style="bold")
     table.add_column()
     for name, value in figures.items():
-        table.add_row(name, value)
+        table.add_row(plain(name), plain(value) if isinstance(value, str) else value)
     return table
 
 
@@ -52,13 +69,13 @@ def check_table(report: "CheckReport") -> Table:
     for column in ("what", "outcome", "figures"):
         table.add_column(column)
     for check in report.checks:
-        table.add_row(check.name, coloured(check.outcome), check.message)
+        table.add_row(plain(check.name), coloured(check.outcome), plain(check.message))
     return table
 
 
 def timing_table(report: "TimingReport") -> Table:
     """Give the table of a timing report."""
-    rows = {
+    rows: dict[str, str | Text] = {
         "verdict": coloured(report.verdict),
         "patterns": f"{report.patterns_recorded} of {report.patterns_expected}, {report.bins_received} bins",
         "frames": f"{report.frames}, {report.frames_masked} masked",
@@ -82,19 +99,19 @@ def timing_table(report: "TimingReport") -> Table:
 
 def show_error(error: "KinopixError") -> None:
     """Print one clear paragraph to standard error."""
-    ERR.print(f"[bold red]kinopix:[/] {escape(str(error))}", soft_wrap=True)
+    ERR.print(Text.assemble(("kinopix:", "bold red"), " ", plain(str(error))), soft_wrap=True)
     for note in getattr(error, "__notes__", ()):
-        ERR.print(escape(note), soft_wrap=True)
+        ERR.print(plain(note), soft_wrap=True)
 
 
 def warn(message: str) -> None:
     """Print one line to standard error."""
-    ERR.print(f"[yellow]{escape(message)}[/]", soft_wrap=True)
+    ERR.print(plain(message, "yellow"), soft_wrap=True)
 
 
-def coloured(outcome: str) -> str:
-    """Give the word in its colour, as rich markup."""
-    return f"[{_COLOURS.get(outcome, 'white')}]{outcome}[/]"
+def coloured(outcome: str) -> Text:
+    """Give the word in its colour."""
+    return plain(outcome, _COLOURS.get(outcome, "white"))
 
 
 def _listed(indices: Iterable[int]) -> str:

@@ -5,15 +5,20 @@ import math
 from pathlib import Path
 
 import numpy as np
-from PIL import Image, UnidentifiedImageError
 
 from protocols import Floats, InputError
+from protocols.plain_file import read_plain
 from sim_backends.bench.image import AreaImage
 from sim_backends.bench.objects import BUILT_INS, NOTHING
+from sim_backends.bench.pictures import read_cells
 
 _HEADER = ["t_s", "x_px", "y_px"]
 _GAP = 10.0
 """A step longer than so many median steps is a gap: there, linear interpolation would be an invention."""
+_MOST_BYTES = 32_000_000
+_MOST_ROWS = 1_000_000
+_LARGEST = 1e6  # of a time in s and of a displacement in px
+_SHOWN = 60  # characters of a row that is quoted
 
 
 def load_object(
@@ -48,7 +53,7 @@ def load_object(
             left, top = round(image_size / 4 - width / 2), round(image_size / 4 - height / 2)
             return AreaImage(drawing.cells, drawing.cell_px, left, top)
         return AreaImage(drawing.cells, drawing.cell_px, centre_px[0] - width / 2, centre_px[1] - height / 2)
-    cells = _load_cells(folder / name, f"[scene] {key}")
+    cells = _load_cells(folder / name, f"[scene] {key} = '{name}'")
     cell_px = image_size / max(cells.shape) if height_px is None else height_px / len(cells)
     height, width = (side * cell_px for side in cells.shape)
     x_px, y_px = centre_px or (image_size / 2, image_size / 2)
@@ -56,15 +61,22 @@ def load_object(
 
 
 def _load_cells(path: Path, key: str) -> Floats:
-    if not path.is_file():
+    if not _is_there(path):
         raise InputError(
-            saw=f"{key} = '{path.name}', which is neither a built-in object nor a file in {path.parent}",
+            saw=f"{key}, which is neither a built-in object nor a file in {path.parent}",
             expected=f"one of {', '.join(sorted(BUILT_INS))}, or a PNG or NPY file",
             remedy="correct the name, or give the path relative to bench.toml",
         )
-    cells = _load_npy(path) if path.suffix.lower() == ".npy" else _load_picture(path)
+    cells = read_cells(path)
     _check_light(cells, str(path))
     return cells
+
+
+def _is_there(path: Path) -> bool:
+    try:
+        return path.exists()
+    except OSError:  # a name that is too long, a folder that may not be looked into: opening it says which
+        return True
 
 
 def _check_light(cells: Floats, where: str) -> None:
@@ -76,60 +88,6 @@ def _check_light(cells: Floats, where: str) -> None:
         )
 
 
-def _load_picture(path: Path) -> Floats:
-    try:
-        with Image.open(path) as picture:
-            deep = picture.mode.startswith("I")
-            grey = np.asarray(picture if deep else _opaque(picture).convert("L"), np.float64)
-    except (UnidentifiedImageError, OSError, Image.DecompressionBombError, SyntaxError) as error:
-        raise InputError(
-            saw=f"{path}: {error}",
-            expected="a grey picture (PNG) or a NumPy array (NPY)",
-            remedy="open the file in a picture viewer, and save it again as PNG",
-        ) from error
-    return _checked(grey / (65535.0 if deep else 255.0), path)
-
-
-def _opaque(picture: Image.Image) -> Image.Image:
-    """The picture on black: where it is transparent there is no object, whatever colour is stored there."""
-    if picture.mode not in {"RGBA", "LA", "PA"} and "transparency" not in picture.info:
-        return picture
-    painted = picture.convert("RGBA")
-    return Image.alpha_composite(Image.new("RGBA", painted.size, (0, 0, 0, 255)), painted)
-
-
-def _load_npy(path: Path) -> Floats:
-    try:
-        loaded = np.load(path, allow_pickle=False)
-        if loaded.dtype.kind not in "biuf":
-            raise TypeError(f"an array of {loaded.dtype}")
-        cells = np.asarray(loaded, np.float64)
-    except (ValueError, OSError, EOFError, TypeError) as error:
-        raise InputError(
-            saw=f"{path}: {error}",
-            expected="a NumPy array of numbers",
-            remedy="write it with numpy.save from a plain array of numbers",
-        ) from error
-    return _checked(cells, path)
-
-
-def _checked(cells: Floats, path: Path) -> Floats:
-    if cells.ndim != 2 or not cells.size:
-        raise InputError(
-            saw=f"{path}: an array of shape {cells.shape}",
-            expected="rows x columns of transmission",
-            remedy="save one grey picture, with two dimensions",
-        )
-    low, high = float(cells.min()), float(cells.max())
-    if not (low >= 0 and high <= 1):
-        raise InputError(
-            saw=f"{path}: transmission from {low:g} to {high:g}",
-            expected="0 to 1 everywhere",
-            remedy="scale the array before saving it (grey values of 8 bits are divided by 255)",
-        )
-    return cells
-
-
 def load_trajectory(path: Path) -> tuple[Floats, Floats]:
     """Read a trajectory CSV with the header ``t_s,x_px,y_px``.
 
@@ -137,20 +95,26 @@ def load_trajectory(path: Path) -> tuple[Floats, Floats]:
         ``(rows,)`` times in seconds, and ``(rows, 2)`` displacements x, y in px.
 
     Raises:
-        InputError: no file, another header, a cell that is not a number, times that do not increase, or a gap in time.
-            Names the file and the line.
+        InputError: no plain file or one above 32 MB, another header, a cell that is not a number, a number beyond a million,
+            more than a million rows, times that do not increase, or a gap in time. Names the file and the line.
     """
+    expected = "a text file with the header t_s,x_px,y_px"
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise _refused(
-            str(path), str(error), "a text file with the header t_s,x_px,y_px", "correct the path"
-        ) from error
-    lines = [
-        (number, row) for number, row in enumerate(csv.reader(text.splitlines()), 1) if any(c.strip() for c in row)
-    ]
+        text = read_plain(path, _MOST_BYTES).decode("utf-8-sig")
+    except OSError as error:
+        raise _refused(str(path), error.strerror or str(error), expected, "correct the path") from error
+    except UnicodeDecodeError as error:
+        raise _refused(str(path), "bytes that are no text in UTF-8", expected, "save it again as UTF-8") from error
+    try:
+        rows = enumerate(csv.reader(text.splitlines()), 1)
+        lines = [(number, row) for number, row in rows if any(c.strip() for c in row)]
+    except csv.Error as error:
+        raise _refused(str(path), str(error), expected, "write one row of three numbers a line") from error
+    if len(lines) > _MOST_ROWS + 1:
+        remedy = "leave out rows: the displacement is interpolated between them"
+        raise _refused(str(path), f"{len(lines) - 1} rows", f"{_MOST_ROWS} rows at most", remedy)
     if not lines or [cell.strip() for cell in lines[0][1]] != _HEADER:
-        got = f"'{','.join(lines[0][1])}'" if lines else "nothing"
+        got = _quoted(lines[0][1]) if lines else "nothing"
         raise _refused(f"{path}, line 1", got, "the header t_s,x_px,y_px", "write these three names in the first line")
     table = np.array([_numbers(path, number, row) for number, row in lines[1:]])
     if not len(table):
@@ -165,13 +129,18 @@ def _numbers(path: Path, line: int, row: list[str]) -> list[float]:
     except ValueError:
         values = []
     if len(values) != len(_HEADER) or not all(map(math.isfinite, values)):
-        raise _refused(
-            f"{path}, line {line}",
-            f"'{','.join(row)}'",
-            "three finite numbers: t_s, x_px, y_px",
-            "correct or remove the line",
-        )
+        expected = "three finite numbers: t_s, x_px, y_px"
+        raise _refused(f"{path}, line {line}", _quoted(row), expected, "correct or remove the line")
+    if max(map(abs, values)) > _LARGEST:
+        expected = f"seconds and pixels, at most {_LARGEST:.0f} of them"
+        raise _refused(f"{path}, line {line}", _quoted(row), expected, "correct the units, or remove the line")
     return values
+
+
+def _quoted(row: list[str]) -> str:
+    """The row as it stands in the file, as much of it as a person wants to read."""
+    text = ",".join(row)
+    return f"'{text}'" if len(text) <= _SHOWN else f"'{text[:_SHOWN]}...'"
 
 
 def _check_times(path: Path, lines: list[int], time_s: Floats) -> None:

@@ -2,10 +2,10 @@
 
 import math
 from dataclasses import dataclass
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
-from pydantic import NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt
+from pydantic import Field
 
 from protocols import (
     BenchContext,
@@ -22,6 +22,7 @@ from protocols import (
     WrongState,
 )
 from sim_backends.bench import OpticalBench
+from sim_backends.bench.bounds import DarkHertz, Hertz, Index, Instant, Number
 from sim_backends.devices.place import place
 
 _NAME = "pmt"
@@ -30,34 +31,34 @@ _NAME = "pmt"
 class CounterSettings(Frozen):
     """Keys of ``[counter]``. The defaults are those of an H10682 head on a board with hardware time stamps."""
 
-    max_sync_rate_hz: PositiveFloat = 1e6
+    max_sync_rate_hz: Hertz = 1e6
     """Highest rate of sync edges, in Hz."""
 
-    max_count_rate_hz: PositiveFloat = 5e6
+    max_count_rate_hz: Hertz = 5e6
     """Count rate at which 10 % is lost (data sheet of the head)."""
 
-    dead_time_s: NonNegativeFloat | None = None
+    dead_time_s: Instant | None = None
     """Dead time that the counter believes in, in seconds; None: the scene's own, as if it had been calibrated."""
 
-    dark_rate_hz: NonNegativeFloat | None = None
+    dark_rate_hz: DarkHertz | None = None
     """Dark rate that the counter believes in, in counts a second; None: the scene's own."""
 
-    max_bins: PositiveInt | None = None
+    max_bins: Number | None = None
     """Largest number of bins in one run; None: as many as are asked for."""
 
     edge_times: bool = True
     """Whether the board gives the time of each edge."""
 
-    edge_time_resolution_s: PositiveFloat = 1e-8
+    edge_time_resolution_s: Annotated[float, Field(ge=1e-15, le=1)] = 1e-8
     """Step of the edge times: a 100 MHz time base."""
 
-    overrun_at_bin: NonNegativeInt | None = None
+    overrun_at_bin: Index | None = None
     """A fault: from this bin on, counts are lost in the device."""
 
-    unplugged_at_bin: NonNegativeInt | None = None
+    unplugged_at_bin: Index | None = None
     """A fault: the board is gone after this many bins."""
 
-    lost_block_at_bin: NonNegativeInt | None = None
+    lost_block_at_bin: Index | None = None
     """A fault: the block that holds this bin never reaches the host, and nothing tells but the index of the next one."""
 
 

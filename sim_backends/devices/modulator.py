@@ -2,8 +2,6 @@
 
 from typing import Self
 
-from pydantic import NonNegativeFloat, PositiveInt
-
 from protocols import (
     BenchContext,
     DeviceBusy,
@@ -18,6 +16,7 @@ from protocols import (
     WrongState,
 )
 from sim_backends.bench import OpticalBench, Projection
+from sim_backends.bench.bounds import Microseconds, Mirrors, Number, Seconds
 from sim_backends.devices.place import place
 
 _NAME = "dmd"
@@ -26,25 +25,25 @@ _NAME = "dmd"
 class ModulatorSettings(Frozen):
     """Keys of ``[modulator]``. The defaults are those of a DLP7000 on a V-7000 board."""
 
-    columns: PositiveInt = 1024
+    columns: Mirrors = 1024
     """Number of mirrors in a row."""
 
-    rows: PositiveInt = 768
+    rows: Mirrors = 768
     """Number of rows of mirrors."""
 
-    shortest_picture_time_us: PositiveInt = 44
+    shortest_picture_time_us: Microseconds = 44
     """Shortest time from one picture to the next, in microseconds."""
 
-    longest_picture_time_us: PositiveInt = 10_000_000
+    longest_picture_time_us: Microseconds = 10_000_000
     """Longest time from one picture to the next, in microseconds."""
 
-    unique_patterns: PositiveInt = 43_690
+    unique_patterns: Number = 43_690
     """Number of bit planes in the board's memory (4 GiB; a V-7001 may have twice as many)."""
 
-    play_order_entries: PositiveInt = 131_072
+    play_order_entries: Number = 131_072
     """Longest play order, in pictures. The real board tells its own when asked; this figure is an assumption."""
 
-    start_delay_s: NonNegativeFloat = 1e-4
+    start_delay_s: Seconds = 1e-4
     """Time from ``start`` to the first sync edge, in seconds. It is unknown for the real board [U]."""
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from pydantic import FiniteFloat, PositiveFloat, model_validator
+from pydantic import model_validator
 
 from protocols import (
     BenchContext,
@@ -22,6 +22,7 @@ from protocols import (
     WrongState,
 )
 from sim_backends.bench import BenchClock, OpticalBench
+from sim_backends.bench.bounds import LengthMm, PlaceMm, StepMm
 from sim_backends.devices.place import place
 
 _NAME = "stage"
@@ -30,19 +31,19 @@ _NAME = "stage"
 class StageSettings(Frozen):
     """Keys of ``[stage]``. The defaults are those of a 400 mm stage with a 5 mm lead, with room to spare in speed."""
 
-    travel_mm: tuple[FiniteFloat, FiniteFloat] = (0.0, 400.0)
+    travel_mm: tuple[PlaceMm, PlaceMm] = (0.0, 400.0)
     """Lowest and highest position, in millimetres."""
 
-    max_velocity_mm_s: PositiveFloat = 50.0
+    max_velocity_mm_s: LengthMm = 50.0
     """Highest velocity, in mm/s."""
 
-    max_acceleration_mm_s2: PositiveFloat = 200.0
+    max_acceleration_mm_s2: LengthMm = 200.0
     """Highest acceleration, in mm/s^2."""
 
-    resolution_mm: PositiveFloat = 0.0025
+    resolution_mm: StepMm = 0.0025
     """Length of one step in millimetres: targets and positions are whole steps."""
 
-    position_mm: FiniteFloat = 0.0
+    position_mm: PlaceMm = 0.0
     """Position of the stage when it is opened, in millimetres."""
 
     homed: bool = True

@@ -2,9 +2,10 @@
 
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt, field_validator
+from pydantic import Field, field_validator
 
 from protocols import Frozen
+from sim_backends.bench.bounds import Hertz, Index, LaidOut, Level, Microseconds, Number, Signed, SomeSeconds
 from sim_backends.wire.alp.codes import FUNCTIONS
 
 
@@ -19,10 +20,10 @@ class CallFault(Frozen):
     at: str = ""
     """Name of the C function; empty: the function that the kind is about, AlpDevAlloc for the first two."""
 
-    nth: PositiveInt = 1
+    nth: Number = 1
     """Number of the call of that function, from 1."""
 
-    code: PositiveInt = 1999
+    code: Number = 1999
     """Code that ``refuse`` gives: any at all. A driver has to take each of them."""
 
     @field_validator("at")
@@ -52,10 +53,10 @@ class LostFrames(Frozen):
     kind: Literal["lost-frames"]
     """Tells this table from the others."""
 
-    first: NonNegativeInt
+    first: Index
     """First lost picture of a projection, from 0."""
 
-    count: PositiveInt = 1
+    count: LaidOut = 1
     """Number of times."""
 
     slots: Literal["pass", "close-up"] = "pass"
@@ -68,7 +69,7 @@ class WrongRows(Frozen):
     kind: Literal["wrong-rows"]
     """Tells this table from the others."""
 
-    rows: int = 1
+    rows: Signed = 1
     """Number of rows of the shift; negative is up."""
 
 
@@ -79,43 +80,43 @@ AlpFault: TypeAlias = Annotated[CallFault | NoDmd | LostFrames | WrongRows, Fiel
 class AlpEmulatorSettings(Frozen):
     """A V-7000 as far as the sheet knows it. Marks: [V] verified, [S] second-hand, [I] inferred, [U] unknown."""
 
-    serial_number: PositiveInt = 10001
+    serial_number: Number = 10001
     """What ALP_DEVICE_NUMBER tells and AlpDevAlloc takes beside 0."""
 
-    version: PositiveInt = 0x0403
+    version: Number = 0x0403
     """ALP_VERSION. [S] 0x0401 was seen on a 4.1 library; this one is by analogy."""
 
-    dmd_type: PositiveInt = 4
+    dmd_type: Number = 4
     """ALP_DEV_DMDTYPE: 4 is a DLP7000 [V]."""
 
-    memory_frames: PositiveInt = 43_690
+    memory_frames: Number = 43_690
     """Binary pictures on the board [S]."""
 
-    min_picture_time_us: PositiveInt = 44
+    min_picture_time_us: Microseconds = 44
     """Shortest picture of the full array, 1 bit, uninterrupted [S]."""
 
-    row_load_us: NonNegativeFloat = 0.04
+    row_load_us: Level = 0.04
     """Time by which a picture may be shorter for each row that ALP_SEQ_DMD_LINES leaves out, in microseconds [I]."""
 
-    min_dark_us: PositiveInt = 44
+    min_dark_us: Microseconds = 44
     """Shortest dark phase in ALP_BIN_NORMAL [S]."""
 
-    max_picture_time_us: PositiveInt = 10_000_000
+    max_picture_time_us: Microseconds = 10_000_000
     """Longest picture time, in microseconds [V]."""
 
-    max_synch_delay_us: PositiveInt = 130_000
+    max_synch_delay_us: Microseconds = 130_000
     """Longest delay from synch to display [V]."""
 
-    max_trigger_in_delay_us: PositiveInt = 130_000
+    max_trigger_in_delay_us: Microseconds = 130_000
     """Longest delay from trigger input to display [U]."""
 
-    default_picture_time_us: PositiveInt = 33_334
+    default_picture_time_us: Microseconds = 33_334
     """Where neither picture nor illuminate time is given: 30 Hz, 33,333 or 33,334 us [V]."""
 
-    max_repeat: PositiveInt = 1_048_576
+    max_repeat: Number = 1_048_576
     """Most iterations of a finite projection [S]."""
 
-    flut_max_entries9: NonNegativeInt = 32_768
+    flut_max_entries9: Index = 32_768
     """ALP_FLUT_MAX_ENTRIES9 [U]. 0: a board without frame look-up table, which answers 1005."""
 
     flut_18bit: bool = True
@@ -124,20 +125,20 @@ class AlpEmulatorSettings(Frozen):
     flut_write_unit: Literal["entries", "slots9"] = "entries"
     """What ``nOffset`` of ALP_FLUT_WRITE_18BIT counts: entries of 18 bit or slots of 9 bit [U]."""
 
-    timing_violation_code: PositiveInt = 1005
+    timing_violation_code: Number = 1005
     """Answer to a timing that cannot be kept [S]."""
 
-    unknown_device_code: PositiveInt = 1003
+    unknown_device_code: Number = 1003
     """Answer to a device id that is not valid [I]."""
 
-    unknown_sequence_code: PositiveInt = 1006
+    unknown_sequence_code: Number = 1006
     """Answer to a sequence id that is not valid [S]."""
 
     free_needs_halt: bool = True
     """Whether AlpDevFree gives 1002 after a projection until AlpDevHalt was called ([V] that it needs the idle state; [I]
     that a projection that ended by itself leaves another one)."""
 
-    start_latency_us: NonNegativeFloat = 200.0
+    start_latency_us: Level = 200.0
     """Time from AlpProjStart to the first edge or picture, in microseconds [U]."""
 
     first_synch: Literal["with-picture-0", "extra", "missing"] = "with-picture-0"
@@ -146,13 +147,13 @@ class AlpEmulatorSettings(Frozen):
     uploads_cleared: bool = True
     """Whether a picture that was never uploaded is dark; otherwise every second mirror is on [U]."""
 
-    usb_bytes_per_s: PositiveFloat = 30e6
+    usb_bytes_per_s: Hertz = 30e6
     """Speed of AlpSeqPut: 25 to 35 MB/s on USB 2 [I]."""
 
-    endless_pictures: PositiveInt = 200_000
+    endless_pictures: LaidOut = 200_000
     """Number of pictures of an endless or much repeated projection that are laid out on the optical bench."""
 
-    patience_s: PositiveFloat = 3600.0
+    patience_s: SomeSeconds = 3600.0
     """AlpProjWait on a projection that never ends comes back after this long with 1999, instead of never."""
 
     faults: tuple[AlpFault, ...] = ()

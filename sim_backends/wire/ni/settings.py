@@ -2,9 +2,10 @@
 
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt
+from pydantic import Field
 
 from protocols import Frozen
+from sim_backends.bench.bounds import ErrorCode, Hertz, Index, Instant, LaidOut, Number, Seconds, Signed, SomeSeconds
 
 UInt32: TypeAlias = Annotated[int, Field(ge=0, lt=2**32)]
 
@@ -15,11 +16,11 @@ class ReadFault(Frozen):
     kind: Literal["read-error"]
     """Tells this table from the others."""
 
-    code: Annotated[int, Field(lt=0)]
+    code: ErrorCode
     """Any DAQmx error. Host overrun -200279, -200222; device overrun -200361, -200010, -209829, -200141; glitchy sync
     -201314; sync signal -200313, -200314; configuration -201313, -200140; reserved -50103, -200022; and so on."""
 
-    at: NonNegativeInt
+    at: Index
     """Index of the sample, from 0."""
 
     give: Literal["metadata", "bare", "status"] = "metadata"
@@ -36,7 +37,7 @@ class ShortRead(Frozen):
     kind: Literal["short-read"]
     """Tells this table from the others."""
 
-    at: NonNegativeInt
+    at: Index
     """First sample that is held back, from 0."""
 
     counter: str | None = None
@@ -49,10 +50,10 @@ class LatchRace(Frozen):
     kind: Literal["latch-race"]
     """Tells this table from the others."""
 
-    at: NonNegativeInt
+    at: Index
     """Index of the sample, from 0."""
 
-    counts: int = 1
+    counts: Signed = 1
     """Number of counts that move to the later bin; negative: to the earlier one."""
 
 
@@ -62,10 +63,10 @@ class Unplugged(Frozen):
     kind: Literal["unplug"]
     """Tells this table from the others."""
 
-    at: NonNegativeInt
+    at: Index
     """First sample that does not come, from 0."""
 
-    code: Annotated[int, Field(lt=0)] = -201003
+    code: ErrorCode = -201003
     """-201003, -200324 or -200220: boards differ."""
 
 
@@ -75,7 +76,7 @@ class ServerVanishes(Frozen):
     kind: Literal["server-vanishes"]
     """Tells this table from the others."""
 
-    at: NonNegativeInt
+    at: Index
     """First sample that does not come, from 0."""
 
 
@@ -88,13 +89,13 @@ class CallFault(Frozen):
     rpc: str
     """Name of the remote call, such as ``StartTask``."""
 
-    nth: PositiveInt = 1
+    nth: Number = 1
     """Number of the call of that name, from 1."""
 
-    code: Annotated[int, Field(le=0)] = 0
+    code: Annotated[int, Field(ge=-(2**31), le=0)] = 0
     """DAQmx error that it gives; 0: none, it is only slow."""
 
-    delay_s: NonNegativeFloat = 0.0
+    delay_s: Seconds = 0.0
     """Time that passes before the answer."""
 
 
@@ -107,7 +108,7 @@ class Held(Frozen):
     counter: str = "ctr0"
     """Name of the counter."""
 
-    code: Annotated[int, Field(lt=0)] = -50103
+    code: ErrorCode = -50103
     """-50103 or -200022, both are seen."""
 
 
@@ -126,19 +127,19 @@ class NiEmulatorSettings(Frozen):
     product_type: str = "PCIe-6321"
     """Name of the product, as ``Device.product_type`` tells it."""
 
-    driver_version: tuple[int, int, int] = (24, 8, 0)
+    driver_version: tuple[Index, Index, Index] = (24, 8, 0)
     """Major, minor, update. From 24.5 on the client asks for READ_ALL_AVAILABLE in another way."""
 
     is_simulated: bool = False
     """What ``Device.is_simulated`` tells. NI's own simulated boards count nothing, so that a driver may refuse them."""
 
-    counters: PositiveInt = 4
+    counters: Annotated[int, Field(gt=0, le=64)] = 4
     """Number of counters on a board."""
 
-    ci_max_size: PositiveInt = 32
+    ci_max_size: Annotated[int, Field(gt=0, le=64)] = 32
     """Counter width in bits, as told; samples are 32 bits."""
 
-    ci_max_timebase_hz: PositiveFloat = 100e6
+    ci_max_timebase_hz: Hertz = 100e6
     """Fastest onboard timebase, as told; a faster timebase terminal does not exist."""
 
     ci_samp_clk_supported: bool = True
@@ -165,40 +166,40 @@ class NiEmulatorSettings(Frozen):
     arm_edge_sampled: bool = False
     """Whether an edge that arms the counter is itself a sample: a race in the device [I]."""
 
-    counts_before_first_edge: NonNegativeInt = 3
+    counts_before_first_edge: Index = 3
     """Photons between arming and the first edge, which sample 0 holds: dark counts and stray light [I]."""
 
     dup_count_prevention: bool = True
     """Default of duplicate count prevention. Without it a sample with no photon since the last edge is not written [V]."""
 
-    min_source_pulse_s: NonNegativeFloat = 6.2e-9
+    min_source_pulse_s: Instant = 6.2e-9
     """Narrowest pulse that the source counts (cDAQ-9172: 6.2 ns, in its external mode 16 ns) [U for X series]."""
 
-    photon_pulse_s: NonNegativeFloat = 10e-9
+    photon_pulse_s: Instant = 10e-9
     """Width of the head's pulse [S]."""
 
-    sync_pulse_s: NonNegativeFloat = 10e-6
+    sync_pulse_s: Instant = 10e-6
     """Width of the modulator's sync pulse: a clock filter that is longer hides every edge."""
 
-    min_sample_gap_s: NonNegativeFloat = 0.0
+    min_sample_gap_s: Instant = 0.0
     """Two edges closer than this give -201314 [U]."""
 
     timebase_phase: Annotated[float, Field(ge=0, lt=1)] = 0.5
     """Part of a tick that has passed when the counter is armed."""
 
-    timebase_ppm: float = 0.0
+    timebase_ppm: Annotated[float, Field(ge=-1e5, le=1e5)] = 0.0
     """Parts per million by which the onboard crystal is fast against the bench's clock."""
 
-    default_buffers: tuple[tuple[PositiveFloat, PositiveInt], ...] = ((100.0, 1000), (10e3, 10_000), (1e6, 100_000))
+    default_buffers: tuple[tuple[Hertz, LaidOut], ...] = ((100.0, 1000), (10e3, 10_000), (1e6, 100_000))
     """Input buffer of a continuous task, in samples, up to a rate in Hz [R]; faster: one million."""
 
     readable_after_overrun: bool = False
     """Whether samples that wait in the buffer can still be read after -200222 [U]."""
 
-    possibly_invalid_samples: NonNegativeInt = 0
+    possibly_invalid_samples: Index = 0
     """Number of samples that ``ci_num_possibly_invalid_samps`` tells."""
 
-    patience_s: PositiveFloat = 3600.0
+    patience_s: SomeSeconds = 3600.0
     """A wait without limit ends after this long, instead of never."""
 
     faults: tuple[NiFault, ...] = ()

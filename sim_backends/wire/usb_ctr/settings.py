@@ -2,9 +2,10 @@
 
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt
+from pydantic import Field
 
 from protocols import Frozen
+from sim_backends.bench.bounds import Hertz, Index, Instant, Number, Seconds, Signed, SomeSeconds
 
 CounterIndex: TypeAlias = Annotated[int, Field(ge=0, le=7)]
 TimerIndex: TypeAlias = Annotated[int, Field(ge=0, le=3)]
@@ -42,7 +43,7 @@ class ScanFault(Frozen):
     fast. ``disconnect``: the device leaves the bus, errno 19 from then on. ``short-packet``: the packet with this scan
     comes in two parts (one of a single word cannot). ``zero-length-packet``: an empty packet comes before it."""
 
-    at: NonNegativeInt
+    at: Index
     """Index of the scan, from 0."""
 
 
@@ -52,10 +53,10 @@ class ClearRace(Frozen):
     kind: Literal["clear-race"]
     """Tells this table from the others."""
 
-    at: NonNegativeInt
+    at: Index
     """The scan that loses them, from 0."""
 
-    counts: int = 1
+    counts: Signed = 1
     """Number of counts; negative: the next scan loses them to this one."""
 
 
@@ -68,13 +69,13 @@ class ControlFault(Frozen):
     request: Annotated[int, Field(ge=0, le=255)]
     """``bRequest``, such as 0x21 for SCAN_START."""
 
-    nth: PositiveInt = 1
+    nth: Number = 1
     """Number of the transfer of that request, from 1."""
 
     error: Literal["stall", "timeout", "none"] = "stall"
     """Manner in which the transfer fails."""
 
-    delay_s: NonNegativeFloat = 0.0
+    delay_s: Seconds = 0.0
     """Time that passes before the answer."""
 
 
@@ -108,7 +109,7 @@ class UsbCtrEmulatorSettings(Frozen):
     fpga_configured: bool = False
     """Whether the image is still loaded from before."""
 
-    fpga_image_bytes: PositiveInt = 1
+    fpga_image_bytes: Number = 1
     """Bytes after which the FPGA is configured, whatever they are. The maker's image is longer [U]."""
 
     fpga_version: Annotated[int, Field(ge=0, le=0xFFFF)] = 0x0102
@@ -123,13 +124,13 @@ class UsbCtrEmulatorSettings(Frozen):
     debounce_at_power_up: Annotated[int, Field(ge=0, le=0x3F)] = 0
     """Debounce code of every counter before one is written [U]."""
 
-    photon_pulse_s: NonNegativeFloat = 10e-9
+    photon_pulse_s: Instant = 10e-9
     """Width of the head's pulse [S]."""
 
-    min_pulse_s: NonNegativeFloat = 0.0
+    min_pulse_s: Instant = 0.0
     """Narrowest pulse that is counted. 48 MHz at half duty would be 10.4 ns, a little longer than the head's [U]."""
 
-    counts_before_first_edge: NonNegativeInt = 3
+    counts_before_first_edge: Index = 3
     """Photons between the start of a scan and the first edge, which scan 0 holds: dark counts and stray light [I]."""
 
     reads_at_start: bool = False
@@ -144,10 +145,10 @@ class UsbCtrEmulatorSettings(Frozen):
     zero_fill_works: bool = False
     """Whether the FPGA obeys bit 6 of a scan element; it is said to ignore it."""
 
-    fifo_bytes: PositiveInt = 16384
+    fifo_bytes: Number = 16384
     """Data that waits in the device at most: 8 x 2 x 1024 [V]."""
 
-    max_words_per_s: PositiveFloat = 4e6
+    max_words_per_s: Hertz = 4e6
     """Words a second at most; faster edges overrun the pacer [V]."""
 
     flush_at_end: bool = True
@@ -157,7 +158,7 @@ class UsbCtrEmulatorSettings(Frozen):
     """When a complete scan ends with an empty packet: if its last packet was full, if its whole length is a multiple of the
     packet size, or never [U which of the first two]."""
 
-    patience_s: PositiveFloat = 3600.0
+    patience_s: SomeSeconds = 3600.0
     """A transfer without time limit ends after this long, instead of never."""
 
     faults: tuple[UsbCtrFault, ...] = ()

@@ -5,9 +5,10 @@ Marks as in the hardware sheet: [V] verified, [S] second-hand, [I] inferred, [U]
 
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field, FiniteFloat, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
+from pydantic import Field, model_validator
 
 from protocols import Frozen
+from sim_backends.bench.bounds import Index, LengthMm, Level, Number, PlaceMm, Seconds, SomeSeconds
 
 
 class LostReply(Frozen):
@@ -19,7 +20,7 @@ class LostReply(Frozen):
     at: str = ""
     """Beginning of the command it answers, or ``completion``; empty: any."""
 
-    nth: PositiveInt = 1
+    nth: Number = 1
     """Number of the line among those that the fault is for, from 1."""
 
 
@@ -32,10 +33,10 @@ class CorruptedByte(Frozen):
     at: str = ""
     """Beginning of the command it answers, or ``completion``; empty: any."""
 
-    nth: PositiveInt = 1
+    nth: Number = 1
     """Number of the line among those that the fault is for, from 1."""
 
-    byte: NonNegativeInt = 0
+    byte: Index = 0
     """Index of the byte in the line, from 0; beyond its end, the last but the CR."""
 
 
@@ -45,10 +46,10 @@ class LateCompletion(Frozen):
     kind: Literal["late-completion"]
     """Tells this table from the others."""
 
-    nth: PositiveInt = 1
+    nth: Number = 1
     """Number of the completion, from 1."""
 
-    delay_s: PositiveFloat = 0.5
+    delay_s: SomeSeconds = 0.5
     """Time by which the line is late, in seconds."""
 
 
@@ -58,7 +59,7 @@ class DuplicatedCompletion(Frozen):
     kind: Literal["duplicated-completion"]
     """Tells this table from the others."""
 
-    nth: PositiveInt = 1
+    nth: Number = 1
     """Number of the completion, from 1."""
 
 
@@ -68,7 +69,7 @@ class Mute(Frozen):
     kind: Literal["mute"]
     """Tells this table from the others."""
 
-    nth: PositiveInt = 1
+    nth: Number = 1
     """Number of the first command that finds no port, from 1."""
 
 
@@ -78,7 +79,7 @@ class Stall(Frozen):
     kind: Literal["stall"]
     """Tells this table from the others."""
 
-    nth: PositiveInt = 1
+    nth: Number = 1
     """Number of the move, from 1."""
 
     after: Annotated[float, Field(ge=0, lt=1)] = 0.5
@@ -98,7 +99,7 @@ class PortVanishes(Frozen):
     kind: Literal["port-vanishes"]
     """Tells this table from the others."""
 
-    nth: PositiveInt = 1
+    nth: Number = 1
     """At which command, from 1. It is not carried out."""
 
 
@@ -115,38 +116,38 @@ class ControllerSettings(Frozen):
     axis: Literal["X", "Y", "Z", "T"] = "X"
     """The axis that carries the object."""
 
-    lead_mm: PositiveFloat = 4.0
+    lead_mm: LengthMm = 4.0
     """Lead of the screw [U]: 4 or 5 mm are equally plausible, so this is an assumption."""
 
     lead_error: Annotated[float, Field(gt=-0.1, lt=0.1)] = 0.0
     """Relative error of the true lead: the carriage goes (1 + error) times as far as the pulses say [U]."""
 
-    backlash_mm: NonNegativeFloat = 0.0
+    backlash_mm: Level = 0.0
     """Turn of the screw that is lost at each reversal, rounded to a pulse [U]: 5 to 20 um are likely."""
 
-    microsteps: PositiveInt = 8
+    microsteps: Annotated[int, Field(gt=0, le=100_000)] = 8
     """Pulses a full step, 200 full steps a turn: 8 is the factory setting of the SC300 [V]."""
 
-    travel_mm: tuple[FiniteFloat, FiniteFloat] = (-200.0, 200.0)
+    travel_mm: tuple[PlaceMm, PlaceMm] = (-200.0, 200.0)
     """Positions of the limit switches, from the home position [U]."""
 
-    start_mm: FiniteFloat = 0.0
+    start_mm: PlaceMm = 0.0
     """Position of the carriage when power comes, from the home position. The controller calls it 0."""
 
     homing: Literal["direct", "negative", "positive"] = "direct"
     """Straight to an origin switch, or over the limit switch on one side [U]. Homing on a limit switch itself is
     ``negative`` with a travel that begins at 0."""
 
-    homing_s: PositiveFloat | None = None
+    homing_s: SomeSeconds | None = None
     """Time that homing takes, in seconds; None: by its distance and speed [U]."""
 
-    baud: PositiveInt = 19_200
+    baud: Number = 19_200
     """Speed of the line [V]. A port of another speed is not understood."""
 
-    turnaround_s: NonNegativeFloat = 0.002
+    turnaround_s: Seconds = 0.002
     """Time from the end of a command to the start of what it does and answers, in seconds [U]."""
 
-    eeprom_s: NonNegativeFloat = 0.0
+    eeprom_s: Seconds = 0.0
     """Extra time in seconds before a command that sets something is answered, and the next taken [I]: field code waits 0.35 s."""
 
     echo: bool = False
@@ -189,16 +190,16 @@ class Mc600Settings(ControllerSettings):
     unit: Literal["m", "u", "s", "d"] = "m"
     """Unit of every axis when power comes: mm, um, pulses or degrees [U]."""
 
-    speed_mm_s: PositiveFloat = 5.0
+    speed_mm_s: LengthMm = 5.0
     """Speed when power comes [U]; a field value."""
 
-    initial_speed_mm_s: PositiveFloat = 2.0
+    initial_speed_mm_s: LengthMm = 2.0
     """Initial speed when power comes [U]; a field value."""
 
-    acceleration_mm_s2: PositiveFloat = 10.0
+    acceleration_mm_s2: LengthMm = 10.0
     """Acceleration when power comes [U]; a field value."""
 
-    home_speed_mm_s: PositiveFloat = 4.0
+    home_speed_mm_s: LengthMm = 4.0
     """Homing speed when power comes [U]; a field value."""
 
     decimals: Annotated[int, Field(ge=0, le=6)] = 3
@@ -235,19 +236,19 @@ class Sc300Settings(ControllerSettings):
     version: str = "SC300_V1.0"
     """Answer to ``VE`` [V]."""
 
-    speed_pps: PositiveInt = 8000
+    speed_pps: Number = 8000
     """Top speed when power comes, pulses a second [U]."""
 
-    initial_speed_pps: PositiveInt = 1000
+    initial_speed_pps: Number = 1000
     """Initial speed when power comes [U]."""
 
     zero_initial_speed: bool = True
     """Whether an initial speed of 0 is taken, a plain ramp from standstill [U]."""
 
-    acceleration_pps2: PositiveInt = 16_000
+    acceleration_pps2: Number = 16_000
     """Acceleration when power comes [U]; the unit is inferred."""
 
-    home_speed_pps: PositiveInt = 4000
+    home_speed_pps: Number = 4000
     """Speed of homing, in pulses a second [U]."""
 
     completion_first: Literal["?", "echo"] = "?"

@@ -96,7 +96,8 @@ def test_checks_have_a_row_each() -> None:
     ],
 )
 def test_each_outcome_has_its_colour(outcome: str, colour: str) -> None:
-    assert terminal.coloured(outcome) == f"[{colour}]{outcome}[/]"
+    word = terminal.coloured(outcome)
+    assert (word.plain, word.style) == (outcome, colour)
 
 
 @pytest.fixture
