@@ -10,7 +10,6 @@ import typer
 
 from instrument.choices import Method, Tracking
 from instrument.cli.options import JsonOption, print_json
-from instrument.views import OUT, figures_table, progress, say, warn
 
 if TYPE_CHECKING:
     from instrument.analysis import Analysis
@@ -40,7 +39,7 @@ def analyse_file(
     """Track and reconstruct a recording; write /entry/analysis into it, pictures beside it, and print the figures."""
     from instrument.analysis import recording_to_analyse, store
     from instrument.storage import remains_of
-    from instrument.views import picture_folder, write_pictures
+    from instrument.views import OUT, figures_table, picture_folder, say, warn, write_pictures
 
     for left in remains_of(file):
         warn(f"{left} was left behind by a program that ended early, and is removed")
@@ -66,6 +65,7 @@ def analysed(recording: "Recording", tracking: Tracking, method: Method) -> "Ana
         InputError: no usable frame.
     """
     from instrument.analysis import analyse
+    from instrument.views import progress, warn
 
     masked = int((~recording.frame_valid).sum())
     if 0 < masked < len(recording):

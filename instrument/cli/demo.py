@@ -1,7 +1,5 @@
 """``kinopix demo``: the whole line on a simulated bench, from nothing to a picture."""
 
-import re
-from importlib.resources import files
 from pathlib import Path
 from typing import Annotated
 
@@ -47,6 +45,9 @@ def demo(
 
 def _write_inputs(folder: Path, seed: int) -> tuple[Path, Path]:
     """Put bench.toml and plan.toml into the folder, with the seed asked for."""
+    import re
+    from importlib.resources import files
+
     source = files("instrument.cli") / "start"
     bench_toml, plan_toml = folder / "bench.toml", folder / "plan.toml"
     bench = (source / "bench.toml").read_text(encoding="utf-8")

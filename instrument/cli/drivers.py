@@ -1,11 +1,13 @@
 """``kinopix drivers``: what is installed, what is missing, what is plugged in."""
 
+from typing import TYPE_CHECKING
+
 import typer
-from rich.table import Table
-from rich.text import Text
 
 from instrument.cli.options import JsonOption, print_json
-from instrument.views import OUT, plain, progress, say
+
+if TYPE_CHECKING:
+    from instrument.config import PluginLine
 
 app = typer.Typer(help="List drivers, transports, scenes and schemes; look for devices.", invoke_without_command=True)
 
@@ -34,6 +36,15 @@ def listing(context: typer.Context, as_json: JsonOption = False) -> None:
         ]
         print_json({"plugins": rows})
         return
+    _print_table(lines)
+
+
+def _print_table(lines: "tuple[PluginLine, ...]") -> None:
+    from rich.table import Table
+    from rich.text import Text
+
+    from instrument.views import OUT, plain
+
     table = Table(title="Plug-ins", title_justify="left")
     for column in ("kind", "name", "from", "state", "what it is"):
         table.add_column(column)
@@ -56,11 +67,14 @@ def listing(context: typer.Context, as_json: JsonOption = False) -> None:
 def probe() -> None:
     """Look for devices on this machine. Asks nothing that could move a stage or show a pattern."""
     from instrument.config import list_plugins
+    from instrument.roles import ROLES
+    from instrument.views import OUT, progress, say
 
+    roles = {role.name for role in ROLES}
     found = 0
     with progress() as bars:
         task = bars.add_task("looking")
-        lines = [line for line in list_plugins() if line.plugin.kind in {"modulator", "counter", "stage"}]
+        lines = [line for line in list_plugins() if line.plugin.kind in roles]
         for line in bars.track(lines, task_id=task):
             if line.error:
                 continue

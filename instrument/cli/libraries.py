@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-from instrument.views import warn
-
 
 def tell_libraries(bench: Path) -> None:
     """Print a line for each library that bench.toml names, before any of them is loaded.
@@ -12,6 +10,7 @@ def tell_libraries(bench: Path) -> None:
         ConfigError: mistakes in bench.toml.
     """
     from instrument.config import load_bench
+    from instrument.views import warn
 
     for role, device in load_bench(bench).devices.items():
         library = getattr(device.settings, "library", None)
