@@ -41,6 +41,12 @@ def refuse_hopeless(measurement: Measurement) -> None:
         InputError: values without variation, or pairs of patterns that are exchanged.
     """
     values = measurement.values[measurement.valid]
+    if not len(values):
+        raise InputError(
+            saw=f"no frame of {len(measurement)} with a finite value for every pattern",
+            expected="frames that were measured whole",
+            remedy="look at the recording's values and its timing report, and repeat the run",
+        )
     largest = float(np.abs(values).max(initial=0.0))
     # A scheme that only tracks shows the same patterns in every frame: of an object at rest all its frames are alike.
     same = np.ptp(values) if measurement.scheme.image_rows is None else np.ptp(values, axis=0).max()

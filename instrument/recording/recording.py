@@ -51,6 +51,36 @@ class Recording:
     path: Path | None = None
     """The file it came from."""
 
+    def __post_init__(self) -> None:
+        """Refuse arrays that do not go with the plan and with each other.
+
+        Raises:
+            InputError: names the array, its shape, and the one expected.
+        """
+        frames, patterns = len(self.values), self.plan.patterns_per_frame
+        expected = {"values": (frames, patterns), "frame_valid": (frames,)}
+        expected |= dict.fromkeys(("edge_time_s", "background"), (frames, patterns))
+        for name, shape in expected.items():
+            array = getattr(self, name)
+            if array is not None and np.shape(array) != shape:
+                raise InputError(
+                    saw=f"{name} of shape {np.shape(array)}",
+                    expected=f"{shape}: {frames} frames of the scheme {self.plan.scheme.name}",
+                    remedy="give the arrays of one run, with its plan",
+                )
+        if frames > self.plan.frames:
+            raise InputError(
+                saw=f"{frames} frames of values by a plan of {self.plan.frames}",
+                expected="no more frames than were planned",
+                remedy="give the plan that the values were recorded by",
+            )
+        if not 0 < self.picture_time_s < np.inf:
+            raise InputError(
+                saw=f"a picture time of {self.picture_time_s:g} s",
+                expected="more than 0 s",
+                remedy="give the time from one pattern to the next, in seconds",
+            )
+
     def __len__(self) -> int:
         """Give the number of frames recorded."""
         return len(self.values)

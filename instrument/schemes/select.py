@@ -1,6 +1,8 @@
 """The one place where a plan's scheme name becomes a scheme."""
 
+import inspect
 from functools import lru_cache
+from typing import TypeGuard
 
 from instrument.config import PluginBroken, find_plugin, scheme_plugin
 from instrument.plan import Plan
@@ -43,13 +45,20 @@ def _made(key: _Key) -> Scheme:
         raise
     except Exception as error:  # whatever third-party code raises
         raise _broken(plan, f"{type(error).__name__}: {error}", "to be made without an error") from error
-    if not isinstance(scheme, Scheme):
+    if not _is_scheme(scheme):
         raise _broken(plan, f"an object of type {type(scheme).__name__}", "an instrument.schemes.Scheme")
     if len(scheme.columns) != patterns:
         raise _broken(plan, f"{len(scheme.columns)} columns", f"{patterns}, its settings' patterns_per_frame")
     if scheme.light_weights.shape != (patterns,):
         raise _broken(plan, f"light_weights of shape {scheme.light_weights.shape}", f"({patterns},), one a column")
     return scheme
+
+
+def _is_scheme(made: object) -> TypeGuard[Scheme]:
+    """Whether an object has every member of a scheme. ``isinstance`` would ask for their values, and so make all patterns."""
+    members = [name for name in dir(Scheme) if not name.startswith("_")]
+    absent = object()
+    return all(inspect.getattr_static(made, name, absent) is not absent for name in members)
 
 
 def _broken(plan: Plan, saw: str, expected: str) -> PluginBroken:

@@ -17,7 +17,7 @@ from instrument.session.run import Run
 from instrument.session.safety import make_safe
 from instrument.session.work import Job
 from instrument.storage import refuse_existing, refuse_full_disk
-from protocols import LinearStage, PatternModulator, PhotonCounter, SafeStateFailed, WrongState
+from protocols import InputError, LinearStage, PatternModulator, PhotonCounter, SafeStateFailed, WrongState
 
 
 class Instrument:
@@ -95,7 +95,15 @@ class Instrument:
         return self._devices.stage
 
     def check(self, plan: Plan) -> CheckReport:
-        """Ask everything that can be asked of a plan. Nothing moves and nothing is shown."""
+        """Ask everything that can be asked of a plan. Nothing moves and nothing is shown.
+
+        Raises:
+            InputError: ``plan`` is no plan.
+        """
+        if not isinstance(plan, Plan):  # pyright: ignore[reportUnnecessaryIsInstance] - a script may pass a path
+            raise InputError(
+                saw=f"a {type(plan).__name__}", expected="a plan", remedy="read the file first: Plan.from_toml(path)"
+            )
         limits = self.modulator.limits
         return check_plan(
             plan,
@@ -134,6 +142,7 @@ class Instrument:
                     expected="one run at a time",
                     remedy="wait for the end of the first, or abort it",
                 )
+            _refuse_deaf(listeners)
             sequence = self.check(plan).passed()
             path = Path(out) if out is not None else Path(f"run-{datetime.now(UTC):%Y%m%d-%H%M%S}.h5")
             refuse_existing(path, overwrite=overwrite)
@@ -196,3 +205,18 @@ class Instrument:
     def __exit__(self, *exc: object) -> None:
         """End a run that goes on, make every device safe and close it."""
         self.close()
+
+
+def _refuse_deaf(listeners: Sequence[Listener]) -> None:
+    """Make sure before a run that everybody who is to be told of it can be told.
+
+    Raises:
+        InputError: one of them can neither be called nor follow.
+    """
+    for listener in listeners:
+        if not (callable(listener) or hasattr(listener, "follow")):
+            raise InputError(
+                saw=f"a listener of type {type(listener).__name__}",
+                expected="functions that take an event, or followers",
+                remedy="pass a list of them: listeners=[print]",
+            )

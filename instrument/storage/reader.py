@@ -224,4 +224,8 @@ def _truth(path: Path, entry: Group, plan: Plan, frames: int) -> Truth | None:
             f"a truth of shapes {displacement_px.shape}, {image.shape} at /entry/truth, not ({frames}, 2), ({size}, {size})",
             "repeat the run",
         )
+    if not (np.isfinite(displacement_px).all() and np.isfinite(image).all()):
+        raise unusable(
+            path, "a truth that is not finite at /entry/truth", "take the file from a backup, or repeat the run"
+        )
     return Truth(displacement_px=displacement_px, image=image)
