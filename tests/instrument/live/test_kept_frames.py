@@ -67,6 +67,7 @@ def test_at_constant_velocity_both_pictures_are_where_the_object_was() -> None:
         np.testing.assert_array_equal(place_px[:2], [[0, 0], velocity])
 
 
+@settings(deadline=None)
 @given(before=st.integers(-9, 9), after=st.integers(-9, 9))
 def test_the_velocity_is_the_smaller_of_two_steps_and_0_where_they_disagree(before: int, after: int) -> None:
     """The second axis goes the other way with the steps exchanged."""

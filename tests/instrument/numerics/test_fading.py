@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from instrument.numerics.fading import add, age, solve
@@ -58,6 +58,7 @@ def test_one_datum_is_its_own_parabola_and_two_share_their_difference() -> None:
     assert share == pytest.approx(1)
 
 
+@settings(deadline=None)
 @given(
     times=st.lists(st.integers(-4, 4), min_size=1, max_size=6),
     step=st.integers(-3, 3),

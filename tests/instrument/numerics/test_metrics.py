@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from instrument.numerics.metrics import displacement_mse, offset_free_mse, psnr, ssim_global, ssim_local
@@ -58,6 +58,7 @@ def test_global_ssim_of_an_inverted_image_is_that_of_the_formula() -> None:
     assert ssim_global(truth, truth) == pytest.approx(1.0)
 
 
+@settings(deadline=None)
 @given(shift=st.tuples(st.floats(-100, 100), st.floats(-100, 100)), factor=st.integers(1, 9))
 def test_an_offset_counts_by_its_square_unless_it_is_left_out(shift: tuple[float, float], factor: int) -> None:
     """Errors of mean 0 that grow ``factor`` times, and an offset on top of them, whose halved square is added."""

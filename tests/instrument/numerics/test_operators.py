@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from instrument.numerics import Stacked, Weighted, largest_eigenvalue
@@ -13,6 +13,7 @@ from tests.instrument.numerics.dense import Dense
 SEEDS = st.integers(0, 2**32 - 1)
 
 
+@settings(deadline=None)
 @given(seed=SEEDS, above=st.integers(1, 5), below=st.integers(1, 5))
 def test_stacked_and_weighted_rows_are_those_of_the_matrix_and_its_transpose(seed: int, above: int, below: int) -> None:
     """Small whole numbers, so that single precision is exact."""
@@ -39,6 +40,7 @@ def test_the_largest_eigenvalue_is_the_square_of_the_largest_singular_value() ->
     assert largest_eigenvalue(rows) == pytest.approx(9.0, rel=1e-5)
 
 
+@settings(deadline=None)
 @given(seed=SEEDS)
 def test_the_power_method_comes_from_below_and_each_step_comes_nearer(seed: int) -> None:
     matrix = np.random.default_rng(seed).normal(size=(7, 5))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from instrument.tracking.filter_bank import FilterBank
@@ -98,6 +98,7 @@ def test_every_answer_is_that_of_least_squares_over_the_whole_past(delay_frames:
     np.testing.assert_allclose(found, _by_least_squares(places, delay_frames), atol=1e-6)
 
 
+@settings(deadline=None)
 @given(
     places=st.lists(st.tuples(st.integers(-90, 90), st.integers(-90, 90)), min_size=1, max_size=3),
     shift=st.integers(-1000, 1000),

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from instrument.tracking import Trajectory
@@ -55,6 +55,7 @@ def test_one_or_two_frames_are_enough(frames: int) -> None:
     np.testing.assert_allclose(found[0], [-0.5, -1.0] if frames == 2 else [0.0, 0.0], atol=1e-12)
 
 
+@settings(deadline=None)
 @given(
     start=st.tuples(st.integers(-9, 9), st.integers(-9, 9)),
     speed=st.tuples(st.integers(-9, 9), st.integers(-9, 9)),
