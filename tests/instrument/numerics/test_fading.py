@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from instrument.numerics.fading import add, age, solve
 from protocols import Floats
@@ -54,3 +56,22 @@ def test_one_datum_is_its_own_parabola_and_two_share_their_difference() -> None:
     assert two[0] == pytest.approx([5, -1.5 / STEP, -1.5 / STEP**2])
     assert two[1].tolist() == [0, 0, 0]
     assert share == pytest.approx(1)
+
+
+@settings(deadline=None)
+@given(
+    times=st.lists(st.integers(-4, 4), min_size=1, max_size=6),
+    step=st.integers(-3, 3),
+    kept=st.sampled_from([1.0, 0.5, 0.25]),
+)
+def test_to_age_data_is_to_have_taken_them_later_with_less_weight(times: list[int], step: int, kept: float) -> None:
+    """In whole numbers and halves, which are exact: sums of kept (u + step)^k, and those times the datum."""
+    data = np.array([[2.0 * t + 1, 3.0 - t * t] for t in times])
+    powers, moments = np.zeros(5), np.zeros((2, 3))
+    for time, datum in zip(times, data, strict=True):
+        add(powers, moments, float(time), datum)
+    age(powers, moments, kept, float(step))
+
+    later = (np.array(times, np.float64) + step)[:, None] ** np.arange(5)
+    np.testing.assert_array_equal(powers, kept * later.sum(axis=0))
+    np.testing.assert_array_equal(moments, kept * data.T @ later[:, :3])

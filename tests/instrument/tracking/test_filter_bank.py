@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from instrument.tracking.filter_bank import FilterBank
 from protocols import Floats
@@ -53,3 +55,57 @@ def test_noise_at_rest_is_calmed_and_a_start_is_followed() -> None:
     assert error[1000:1500].std() < 0.4
     assert np.abs(error[1500:1520]).max() < 8.0, "twenty frames at rest would be 60 px"
     assert np.abs(error[1700:].mean()) < 0.3
+
+
+def _by_least_squares(places: Floats, delay: tuple[float, float]) -> Floats:
+    """Give the answers by numpy's own least squares over the whole past, frame for frame, with the constants of the module."""
+    memories, start_frames = (1.5, 4.0, 14.0, 50.0), (7, 18, 62, 220)
+    theta = 1 - 1 / 60
+    padded = np.concatenate([np.repeat(places[:1], 3, axis=0), places])
+    third = np.diff(padded, 3, axis=0)
+    found = np.zeros_like(places)
+    residual_sum, noise_sum, weight_sum = np.zeros((4, 2)), np.zeros(2), 0.0
+    start = np.zeros((4, 2))
+    for newest in range(len(places)):
+        weight_sum = theta * weight_sum + 1
+        noise_sum = theta * noise_sum + third[newest] ** 2 / 20
+        past, ages = places[: newest + 1], np.arange(newest, -1, -1.0)
+        answers, risk = np.zeros((4, 2)), np.zeros((4, 2))
+        for k, memory in enumerate(memories):
+            if newest < start_frames[k]:
+                first = np.linalg.lstsq(np.vander(np.arange(newest + 1.0), 3, increasing=True), past)[0]
+                start[k] = [np.polynomial.polynomial.polyval(delay[axis], first[:, axis]) for axis in range(2)]
+            root = np.sqrt((1 - 1 / memory) ** ages)[:, None]
+            base = root * np.vander(ages, 3, increasing=True)
+            curve = np.linalg.lstsq(base, root * past)[0]
+            leverage = float(np.linalg.pinv(base.T @ base)[0, 0])
+            now = [np.polynomial.polynomial.polyval(-delay[axis], curve[:, axis]) for axis in range(2)]
+            answers[k] = np.array(now) - start[k]
+            residual_sum[k] = theta * residual_sum[k] + (places[newest] - curve[0]) ** 2
+            risk[k] = residual_sum[k] / (noise_sum + 1e-12 * weight_sum) + 2 * leverage
+        weight = np.exp(-30 * (risk - risk.min(axis=0)))
+        found[newest] = (weight * answers).sum(axis=0) / weight.sum(axis=0)
+    return found
+
+
+@pytest.mark.parametrize("delay_frames", [(0.0, 0.0), (1 / 3, -0.25)])
+def test_every_answer_is_that_of_least_squares_over_the_whole_past(delay_frames: tuple[float, float]) -> None:
+    """Noise at rest, then 2 px a frame: all four memories have their say."""
+    rng = np.random.default_rng(8)
+    way = np.maximum(0, np.arange(260.0) - 150)[:, None] * [2.0, -1.0]
+    places = way + rng.normal(size=(260, 2)) * [1.0, 0.3]
+    found = FilterBank(delay_frames).push(places)
+    np.testing.assert_allclose(found, _by_least_squares(places, delay_frames), atol=1e-6)
+
+
+@settings(deadline=None)
+@given(
+    places=st.lists(st.tuples(st.integers(-90, 90), st.integers(-90, 90)), min_size=1, max_size=3),
+    shift=st.integers(-1000, 1000),
+)
+def test_through_three_positions_goes_every_parabola_wherever_the_first_one_is(
+    places: list[tuple[int, int]], shift: int
+) -> None:
+    places_px = np.array(places, np.float64) + shift
+    found = FilterBank((0.0, 0.0)).push(places_px)
+    np.testing.assert_allclose(found, places_px - places_px[0], atol=1e-5)

@@ -2,9 +2,12 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from instrument.tracking import Trajectory
-from protocols import Floats
+from instrument.tracking.trajectory import as_trajectory
+from protocols import Floats, InputError
 
 
 def _trajectory(displacement_px: Floats) -> Trajectory:
@@ -50,3 +53,59 @@ def test_one_or_two_frames_are_enough(frames: int) -> None:
 
     np.testing.assert_allclose(found[1], [0.0, 0.0], atol=1e-12)
     np.testing.assert_allclose(found[0], [-0.5, -1.0] if frames == 2 else [0.0, 0.0], atol=1e-12)
+
+
+@settings(deadline=None)
+@given(
+    start=st.tuples(st.integers(-9, 9), st.integers(-9, 9)),
+    speed=st.tuples(st.integers(-9, 9), st.integers(-9, 9)),
+    force=st.tuples(st.integers(-3, 3), st.integers(-3, 3)),
+)
+def test_constant_acceleration_is_met_between_and_prolonged_by_the_outermost_steps(
+    start: tuple[int, int], speed: tuple[int, int], force: tuple[int, int]
+) -> None:
+    """Central differences of a parabola are its slope, so that the cubic is the parabola; at the ends the step is the slope."""
+    a, b, c = (np.array(part, np.float64) for part in (start, speed, force))
+
+    def way(frame: Floats) -> Floats:
+        return a + b * frame[:, None] + c * frame[:, None] ** 2
+
+    frames = way(np.arange(8.0))
+    trajectory = _trajectory(frames)
+    between = np.array([1.0, 1.25, 3.5, 5.75, 6.0])
+
+    np.testing.assert_allclose(trajectory.at((between + 0.5) * 3e-4), way(between), atol=1e-9)
+    found = trajectory.at(np.array([-1.5, 9.5]) * 3e-4)
+    np.testing.assert_allclose(found, [frames[0] - 2 * (b + c), frames[7] + 2 * (b + 13 * c)], atol=1e-9)
+
+
+def test_a_single_time_gives_a_single_place_and_middles_are_half_a_frame_late() -> None:
+    trajectory = _trajectory(np.array([[0.0, 0.0], [2.0, -4.0], [3.0, 0.0]]))
+    np.testing.assert_allclose(trajectory.time_s, [1.5e-4, 4.5e-4, 7.5e-4])
+    assert trajectory.at(np.array(4.5e-4)).tolist() == pytest.approx([2.0, -4.0])
+    np.testing.assert_allclose(trajectory.at(trajectory.time_s), trajectory.displacement_px, atol=1e-12)
+
+
+def test_no_motion_and_given_places_are_trajectories_by_their_name() -> None:
+    rest = as_trajectory(None, 3, 2e-4)
+    given_px = as_trajectory(np.array([[0, 0], [1, 2]]), 2, 2e-4)
+    assert (rest.method, given_px.method) == ("at rest", "given")
+    assert rest.displacement_px.tolist() == rest.sigma_px.tolist() == [[0, 0]] * 3
+    assert given_px.displacement_px.tolist() == [[0, 0], [1, 2]]
+    assert (given_px.valid.tolist(), given_px.frame_time_s) == ([True, True], 2e-4)
+    assert as_trajectory(given_px, 2, 9.0) is given_px
+
+
+@pytest.mark.parametrize(
+    ("places", "seen"),
+    [
+        (np.zeros((3, 2)), r"shape \(3, 2\), 0 not finite"),
+        (np.zeros((2, 3)), r"shape \(2, 3\), 0 not finite"),
+        (np.array([[0.0, np.nan], [np.inf, 1.0]]), r"shape \(2, 2\), 2 not finite"),
+    ],
+)
+def test_places_that_are_not_one_for_each_frame_are_refused(places: Floats, seen: str) -> None:
+    with pytest.raises(InputError, match=seen):
+        as_trajectory(places, 2, 2e-4)
+    with pytest.raises(InputError, match=seen):
+        as_trajectory(_trajectory(places), 2, 2e-4)
