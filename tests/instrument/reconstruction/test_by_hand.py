@@ -50,7 +50,7 @@ def test_terms_are_added_with_their_coefficients_each_at_its_own_place(seed: int
 def test_places_up_to_a_twentieth_of_a_pixel_apart_are_one_place(way_px: float, value: float) -> None:
     """All-one pattern of 8 x 8 at 0, its dark complement at ``way_px``: 64, or 8 (8 - 0.02) where both are at their mean."""
     still = np.zeros((1, 2))
-    operator = ShiftedHadamard.differential(np.array([[0, 0]]), still, still + [way_px, 0.0], 8)
+    operator = ShiftedHadamard.differential(np.array([[0, 0]]), still, np.array([[way_px, 0.0]]), 8)
     assert float(operator.matvec(np.ones(64, np.float32))[0]) == pytest.approx(value, abs=1e-4)
 
 

@@ -53,7 +53,7 @@ def test_every_pixel_of_a_region_stays_at_least_partly_inside_the_field(way: lis
         (region.left, region.width, least_x, most_x),
         (region.top, region.height, least_y, most_y),
     ):
-        assert 0 <= first + 1 + least
+        assert first + 1 + least >= 0
         assert first + length - 1 + most <= SIZE
         assert first + least <= 0
         assert first + length + most >= SIZE
