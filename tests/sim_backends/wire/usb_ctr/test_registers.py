@@ -1,6 +1,7 @@
 """Registers of h10682-daq.md 5.2, each by its row of the sheet: debounce, timers, ticks, memory and lines."""
 
 import struct
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -42,11 +43,12 @@ def test_a_debounce_code_is_one_step_longer_by_the_maker_s_library(code: int) ->
 
 @pytest.mark.parametrize(("table", "off"), [("uldaq", 16), ("wjasper", 0)])
 @pytest.mark.parametrize("trigger_before_stable", [0x00, 0x20])
-def test_bit_5_of_a_debounce_code_does_not_change_its_time(table: str, off: int, trigger_before_stable: int) -> None:
+def test_bit_5_of_a_debounce_code_does_not_change_its_time(
+    table: Literal["uldaq", "wjasper"], off: int, trigger_before_stable: int
+) -> None:
     """Row 0x13: b5 says whether an edge counts before or after the input is stable. Switched off stays off."""
-    known = "uldaq" if table == "uldaq" else "wjasper"
-    assert debounce_s(off | trigger_before_stable, known) == 0
-    assert debounce_s(3 | trigger_before_stable, known) == debounce_s(3, known) > 0
+    assert debounce_s(off | trigger_before_stable, table) == 0
+    assert debounce_s(3 | trigger_before_stable, table) == debounce_s(3, table) > 0
 
 
 @pytest.mark.parametrize(("period", "width", "counted"), [(95, 47, 10_000), (95, 46, 0), (95, 48, 0)])
