@@ -28,6 +28,12 @@ def test_dark_counts_are_taken_off_after_the_dead_time_and_may_leave_less_than_n
     assert (light.tolist(), variance.tolist()) == ([-2.0], [1.0])
 
 
+def test_a_detector_without_faults_counts_every_photon_and_nothing_else() -> None:
+    """No dead time and no dark counts unless they are stated: 100 counts are 100 photons, with the variance 100."""
+    light, variance = Detector(50e-6).light(np.array([100.0]))
+    assert (light.tolist(), variance.tolist()) == ([100.0], [100.0])
+
+
 def test_what_was_not_measured_stays_unknown_beside_what_was() -> None:
     """500 counts in 50 us at 20 ns: dead for 20 %, so 625, with the variance 625 / 0.8."""
     light, variance = Detector(50e-6, 20e-9).light(np.array([[np.nan, 500.0]]))
