@@ -1,7 +1,7 @@
 """How long the start takes, as ratios of processor time of whole processes: ``python -m benchmarks.start [--repeats 11]``.
 
-``import kinopix`` against ``import numpy, pydantic, h5py`` (at most 2), and ``kinopix --help`` against ``import typer, rich``, which
-make it (at most 3). The two of a pair run in turn, so that a machine that slows down slows both.
+``import kinopix`` against ``import numpy, pydantic, h5py`` (at most 2), and ``kinopix --help`` against ``import typer, rich``, of
+which it is made (at most 3). The two of a pair run in turn, so that a machine that slows down slows both.
 """
 
 import argparse

@@ -85,9 +85,9 @@ def beyond_measure(document: Document) -> list[Problem]:
             inner = list(cast("dict[str | int, Any]", value).items())
         elif isinstance(value, list):
             inner = list(enumerate(cast("Sequence[Any]", value)))
-        elif isinstance(value, int) and value.bit_length() > 63:
+        elif isinstance(value, int) and not -(2**63) <= value < 2**63:
             key = ".".join(str(part) for part in path)
-            saw, expected = f"a whole number of {value.bit_length()} bits", "a number of 64 bits at most"
+            saw, expected = f"a whole number of {value.bit_length()} bits and its sign", "one that fits into 64 bits"
             found.append(Problem(document.path, document.line_of(path), key, saw, expected))
         if inner and len(path) >= _DEEPEST:
             saw, expected = "tables nested beyond all measure", f"at most {_DEEPEST} in each other"

@@ -8,7 +8,7 @@ from scipy.ndimage import uniform_filter1d
 
 from instrument.live.kept_frames import KeptFrames
 from instrument.measurement import ImageValues, noise_variance
-from instrument.numerics import EIGENVALUE_MARGIN, Operator, TvState, Weighted, total_variation
+from instrument.numerics import EIGENVALUE_MARGIN, Operator, TvState, Weighted, close_border, total_variation
 from instrument.plan import Plan
 from instrument.reconstruction import Region, ShiftedHadamard
 from protocols import Floats, InputError, Singles
@@ -259,6 +259,7 @@ class ProgressiveImager:
         start = TvState.zero(region.shape, eigenvalue)
         if self._state is not None:
             dual = _recut(self._state.dual, self._region, region)
+            close_border(dual)
             dual *= np.float32(self._state.eigenvalue / eigenvalue)  # by which a dual variable is kept divided
             start = replace(start, image=_recut(self._state.image, self._region, region), dual=dual)
         self._eigenvector, self._region = eigenvector, region

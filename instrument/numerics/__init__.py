@@ -9,6 +9,7 @@ from instrument.numerics.row_products import RowProducts
 from instrument.numerics.smoothing import Smooth, smooth
 from instrument.numerics.spline import Spline
 from instrument.numerics.tv import EIGENVALUE_MARGIN, TvState, total_variation
+from instrument.numerics.tv_steps import close_border
 from instrument.numerics.tval3 import AlState, tv_augmented_lagrangian
 
 __all__ = [
@@ -23,6 +24,7 @@ __all__ = [
     "Weighted",
     "add",
     "age",
+    "close_border",
     "compiled",
     "displacement_mse",
     "inlined",

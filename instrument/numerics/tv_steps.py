@@ -127,3 +127,17 @@ def gradient_norms(image: Singles) -> Singles:
     squares[[_BELOW_RIGHT, _ABOVE_RIGHT], :, :-1] += right
     squares[[_BELOW_LEFT, _ABOVE_LEFT], :, 1:] += right
     return np.sqrt(squares)
+
+
+def close_border(dual: Singles) -> None:
+    """Set the components of a dual variable to 0 that point across the border, where every difference is 0.
+
+    A dual variable that was cut out of a larger one has some, and the iteration would keep them for ever.
+
+    Args:
+        dual: ``(2, 4, height, width)``; changed in place.
+    """
+    dual[_ALONG_Y, [_BELOW_RIGHT, _BELOW_LEFT], -1] = 0
+    dual[_ALONG_Y, [_ABOVE_RIGHT, _ABOVE_LEFT], 0] = 0
+    dual[_ALONG_X, [_BELOW_RIGHT, _ABOVE_RIGHT], :, -1] = 0
+    dual[_ALONG_X, [_BELOW_LEFT, _ABOVE_LEFT], :, 0] = 0

@@ -15,7 +15,7 @@ WEIGHTS = np.array([0.0, 0.0, 0.0, 0.0, 1.0, 1.0])
 
 def _recording(values: Floats, *, photon_counts: bool) -> Recording:
     return Recording(
-        plan=Plan(frames=len(values)),
+        plan=Plan(frames=max(3, len(values))),
         values=values,
         frame_valid=np.ones(len(values), np.bool_),
         picture_time_s=50e-6,

@@ -1,9 +1,11 @@
 """Total variation where its minimum is known in closed form: two plateaus, each pixel seen by itself."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from instrument.numerics import TvState, total_variation
+from instrument.numerics import TvState, close_border, total_variation
 from instrument.numerics.tv import relaxation_of
 from protocols import Floats
 from tests.instrument.numerics.dense import Dense
@@ -86,3 +88,19 @@ def test_the_relaxation_is_bounded_by_the_image_that_the_rows_see_best(parity: F
 
 def test_an_eigenvalue_twice_as_large_halves_mu() -> None:
     assert relaxation_of(_stripe(_ROWS + _COLUMNS), 32.0) == pytest.approx(2 - 1 / 2 - 0.02, abs=1e-6)
+
+
+def test_a_start_cut_out_of_a_larger_image_ends_where_a_start_from_nothing_does() -> None:
+    """Plateaus of 20 and 80, cut two columns left of the jump: one even image of 80, whose total variation is 0."""
+    values = np.full((6, 12), 20.0, np.float32)
+    values[:, 6:] = 80.0
+    whole = total_variation(Dense(np.eye(72), (6, 12)), values.ravel(), strength=30.0, reweightings=0, iterations=200)
+    part, dual = whole.image[:, 8:].copy(), whole.dual[..., 8:].copy()
+    dual[1, 1, :, 0] = dual[1, 3, :, 0] = 5.0  # what points across the new border, and would be kept
+    close_border(dual)
+    assert dual[1, 1, :, 0].tolist() == [0.0] * 6
+    start = replace(TvState.zero((6, 4), whole.eigenvalue), image=part, dual=dual)
+    cut = total_variation(
+        Dense(np.eye(24), (6, 4)), values[:, 8:].ravel(), strength=30.0, reweightings=0, iterations=2000, start=start
+    )
+    np.testing.assert_allclose(cut.image, 80.0, atol=0.01)

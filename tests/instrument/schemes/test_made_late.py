@@ -2,7 +2,6 @@
 
 import pytest
 
-from instrument import patterns
 from instrument.plan import Plan
 from instrument.schemes import fourier_hadamard, scheme_of
 
@@ -11,7 +10,7 @@ def test_to_look_whether_something_is_a_scheme_makes_no_pattern(monkeypatch: pyt
     def made(*arguments: object) -> object:
         raise AssertionError(f"a pattern was made: {arguments}")
 
-    monkeypatch.setattr(patterns.fourier, "floyd_steinberg", made)
+    monkeypatch.setattr("instrument.patterns.fourier.floyd_steinberg", made)
     scheme = scheme_of(Plan(frames=3, image_size=2048, superpixel=1))
     assert len(scheme.columns) == 6
     assert isinstance(scheme, fourier_hadamard.FourierHadamard)
