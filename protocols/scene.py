@@ -16,7 +16,11 @@ class Truth:
     """``(frames, 2)`` displacement along x and y at each asked time, in image pixels, relative to the first."""
 
     image: Floats
-    """``(image_size, image_size)`` transmission of the object at the first asked time, row = y (down), column = x."""
+    """``(image_size, image_size)`` transmission of the object at the first asked time, row = y (down), column = x. A blur of the
+    optics is in it, uneven light is not."""
+
+    background: Floats | None = None
+    """``(image_size, image_size)`` transmission of what stands still beside the object; None where there is nothing."""
 
 
 @runtime_checkable

@@ -101,7 +101,7 @@ class Recording:
         """Give the same run, ended after so many frames."""
         truth = self.truth
         if truth is not None:
-            truth = Truth(displacement_px=truth.displacement_px[:frames], image=truth.image)
+            truth = replace(truth, displacement_px=truth.displacement_px[:frames])
         return replace(
             self,
             values=self.values[:frames],

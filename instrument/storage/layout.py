@@ -33,6 +33,7 @@ CHECKSUM_VALUES: Final = "checksum/values"
 CHECKSUM_EDGES: Final = "checksum/edges"
 TRUTH_DISPLACEMENT_PX: Final = "truth/displacement_px"
 TRUTH_IMAGE: Final = "truth/image"
+TRUTH_BACKGROUND: Final = "truth/background"
 
 
 def unusable(path: object, saw: str, remedy: str) -> InputError:

@@ -217,15 +217,17 @@ def _truth(path: Path, entry: Group, plan: Plan, frames: int) -> Truth | None:
     if not displacement_px.size:  # not finished yet, or never
         return None
     image = _floats(entry, layout.TRUTH_IMAGE)
+    # Files of before have no such dataset, and a run without a background has no rows in it.
+    background = _floats(entry, layout.TRUTH_BACKGROUND) if layout.TRUTH_BACKGROUND in entry else np.empty(0)
     size = plan.image_size
-    if displacement_px.shape != (frames, 2) or image.shape != (size, size):
+    images = (image, background) if background.size else (image,)
+    if displacement_px.shape != (frames, 2) or any(one.shape != (size, size) for one in images):
+        found = ", ".join(str(one.shape) for one in (displacement_px, *images))
         raise unusable(
-            path,
-            f"a truth of shapes {displacement_px.shape}, {image.shape} at /entry/truth, not ({frames}, 2), ({size}, {size})",
-            "repeat the run",
+            path, f"a truth of shapes {found} at /entry/truth, not ({frames}, 2), ({size}, {size})", "repeat the run"
         )
-    if not (np.isfinite(displacement_px).all() and np.isfinite(image).all()):
+    if not (np.isfinite(displacement_px).all() and all(np.isfinite(one).all() for one in images)):
         raise unusable(
             path, "a truth that is not finite at /entry/truth", "take the file from a backup, or repeat the run"
         )
-    return Truth(displacement_px=displacement_px, image=image)
+    return Truth(displacement_px=displacement_px, image=image, background=background if background.size else None)

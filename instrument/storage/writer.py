@@ -208,6 +208,8 @@ class RecordingWriter:
                 raise ValueError("a truth for a recording that was opened without one")
             entry.set_value(layout.TRUTH_IMAGE, truth.image)
             entry.rows(layout.TRUTH_DISPLACEMENT_PX).write(0, truth.displacement_px)
+            if truth.background is not None:
+                entry.rows(layout.TRUTH_BACKGROUND).write(0, truth.background)
         entry.set_value(layout.TIMING_REPORT, report)
         valid = layout.measured_frames(file.values.dataset.read()) if frame_valid is None else frame_valid
         entry.rows(layout.FRAME_VALID).write(0, valid.astype(np.uint8))
@@ -344,3 +346,5 @@ def _add_what_comes_last(entry: Group, truth_size: int | None) -> None:
         entry.growing(layout.TRUTH_DISPLACEMENT_PX, (2,), _ROWS_PER_CHUNK, units="px")
         image = np.full((truth_size, truth_size), np.nan)
         entry.add(layout.TRUTH_IMAGE, image, long_name="transmission of the object at frame 0")
+        background = "transmission of what stands still; without rows where there is nothing"
+        entry.growing(layout.TRUTH_BACKGROUND, (truth_size,), truth_size, long_name=background)

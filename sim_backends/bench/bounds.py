@@ -14,6 +14,9 @@ Factor: TypeAlias = Annotated[float, Field(gt=0, le=1e6)]
 Level: TypeAlias = Annotated[float, Field(ge=0, le=1e6)]
 """A ratio that may be 0."""
 
+Part: TypeAlias = Annotated[float, Field(ge=0, le=1)]
+"""A part of a whole, or a probability."""
+
 Seconds: TypeAlias = Annotated[float, Field(ge=0, le=86_400)]
 """A delay or a patience: a day at most."""
 

@@ -61,27 +61,36 @@ class AreaImage:
         padded = np.pad(self.cells, ((1, 0), (1, 0)))
         return padded.cumsum(0).cumsum(1) * self.cell_px**2
 
-    def window(self, at_px: Floats, samples: int, sample_px: float) -> Window:
+    def window(self, at_px: Floats, samples: int, sample_px: float, scale: Floats | None = None) -> Window:
         """Samples of a ``samples`` x ``samples`` grid that the picture reaches at one of ``at_px`` (n, 2) or more."""
-        rows, columns = self.cells.shape
 
-        def reach(border_px: Floats, cells: int) -> tuple[int, int]:
+        def reach(axis: int) -> tuple[int, int]:
+            border_px, cell_px = self._corner(at_px, scale, axis)
             first = math.floor(float(border_px.min()) / sample_px)
-            last = math.ceil((float(border_px.max()) + cells * self.cell_px) / sample_px)
+            last = math.ceil(float((border_px + self.cells.shape[axis] * cell_px).max()) / sample_px)
             return min(max(first, 0), samples), min(max(last, 0), samples)
 
-        left, right = reach(self.left_px + at_px[:, 0], columns)
-        top, bottom = reach(self.top_px + at_px[:, 1], rows)
+        (top, bottom), (left, right) = reach(0), reach(1)
         return Window(top, bottom, left, right)
 
-    def light(self, at_px: Floats, window: Window, sample_px: float) -> Floats:
+    def _corner(self, at_px: Floats, scale: Floats | None, axis: int) -> tuple[Floats, Floats | float]:
+        """``(n,)`` place of the upper (axis 0) or left (1) border, and the side of a cell."""
+        border_px: Floats = (self.top_px, self.left_px)[axis] + at_px[:, 1 - axis]
+        if scale is None:
+            return border_px, self.cell_px
+        half_px = self.cells.shape[axis] * self.cell_px / 2
+        return border_px + half_px * (1 - scale), self.cell_px * scale
+
+    def light(self, at_px: Floats, window: Window, sample_px: float, scale: Floats | None = None) -> Floats:
         """Light on each sample of ``window`` while the picture is displaced by ``at_px`` (n, 2: x, y).
+
+        ``scale`` (n,) makes the picture larger about its centre, as bright as before; None is 1.
 
         Returns:
             ``(n, bottom - top, right - left)``, in px squared times transmission.
         """
-        rows, row_part = self._borders(window.top, window.bottom, sample_px, self.top_px + at_px[:, 1], 0)
-        columns, column_part = self._borders(window.left, window.right, sample_px, self.left_px + at_px[:, 0], 1)
+        rows, row_part = self._borders(window.top, window.bottom, sample_px, self._corner(at_px, scale, 0), 0)
+        columns, column_part = self._borders(window.left, window.right, sample_px, self._corner(at_px, scale, 1), 1)
         table = self._cumulative
         above = table[rows] * (1 - row_part)[:, :, None]
         above += table[rows + 1] * row_part[:, :, None]
@@ -89,25 +98,27 @@ class AreaImage:
         before = _columns(strips, columns) * (1 - column_part)[:, None, :]
         before += _columns(strips, columns + 1) * column_part[:, None, :]
         light: Floats = np.maximum(np.diff(before, axis=2), 0.0)
-        return light
+        return light if scale is None else light * (scale**2)[:, None, None]
 
     def _borders(
-        self, first: int, last: int, sample_px: float, border_px: Floats, axis: int
+        self, first: int, last: int, sample_px: float, corner: tuple[Floats, Floats | float], axis: int
     ) -> tuple[Integers, Floats]:
         """Cell index and fraction of each sample border along one axis, ``(n, borders)``, held at the picture's own."""
-        cells = self.cells.shape[axis]
-        at = (np.arange(first, last + 1) * sample_px - border_px[:, None]) / self.cell_px
+        cells, (border_px, cell_px) = self.cells.shape[axis], corner
+        at = (np.arange(first, last + 1) * sample_px - border_px[:, None]) / np.reshape(cell_px, (-1, 1))
         at = np.minimum(np.maximum(at, 0.0), cells)
         index = np.minimum(at.astype(np.int64), cells - 1)
         return index, at - index.astype(np.float64)
 
-    def on_grid(self, dx_px: float, dy_px: float, samples: int, sample_px: float) -> Floats:
-        """``(samples, samples)``: light on each sample of the whole field at one displacement."""
+    def on_grid(
+        self, dx_px: float, dy_px: float, samples: int, sample_px: float, scale: Floats | None = None
+    ) -> Floats:
+        """``(samples, samples)``: light on each sample of the whole field at one displacement, and one ``scale`` (1,)."""
         field = np.zeros((samples, samples))
         at_px = np.array([[dx_px, dy_px]])
-        window = self.window(at_px, samples, sample_px)
+        window = self.window(at_px, samples, sample_px, scale)
         if not window.empty:
-            seen = self.light(at_px, window, sample_px)[0]
+            seen = self.light(at_px, window, sample_px, scale)[0]
             field[window.top : window.bottom, window.left : window.right] = seen
         return field
 

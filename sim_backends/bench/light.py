@@ -6,7 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from protocols import Bytes, Floats, Integers, PixelGrid
+from sim_backends.bench.illumination import illumination
 from sim_backends.bench.image import AreaImage, Window
+from sim_backends.bench.lamp import Lamp
+from sim_backends.bench.planes import lit_samples
+from sim_backends.bench.pose import ChangingImage
 
 _BATCH = 32_000
 """Samples to work out together: few enough to stay in the processor's cache."""
@@ -16,9 +20,10 @@ _BATCH = 32_000
 class Optics:
     """What the lamp, the background and the mirrors do to the light."""
 
-    level: float = 1.0
-    drift_per_s: float = 0.0
+    lamp: Lamp = Lamp()
+    illumination_falloff: float = 0.0
     edge_loss: float = 0.0
+    mirrors_inverted: bool = False
     background: AreaImage | None = None
     background_level: float = 1.0
     object_level: float = 1.0
@@ -59,7 +64,7 @@ class LightPath:
 
     def __init__(
         self,
-        scene: AreaImage,
+        scene: ChangingImage,
         optics: Optics,
         grid: PixelGrid,
         mirrors: Callable[[int], Bytes],
@@ -69,28 +74,36 @@ class LightPath:
         self._grid = grid
         self._mirrors = mirrors
         self._planes: dict[int, _Plane] = {}
+        sides, falloff = (grid.image_size, grid.side_mirrors), optics.illumination_falloff
+        self._profiles = {side: illumination(side, falloff) for side in sides} if falloff else {}
+        self._still: dict[int, tuple[Window, Floats]] = {}
 
     def of(self, plane_index: Integers, at_px: Floats, time_s: Floats) -> PictureLight:
         """Light of pictures that show ``plane_index`` (n,) while the object is displaced by ``at_px`` (n, 2).
 
-        ``time_s`` (n,) counts from the first sync edge, for the lamp's drift.
+        ``time_s`` (n,) counts from the first sync edge, for what changes with time.
         """
         planes = [self._plane(int(index)) for index in plane_index]
         light = np.array([plane.background for plane in planes])
         samples = np.array([plane.samples for plane in planes])
-        for size in (self._grid.image_size, self._grid.side_mirrors):
-            same = np.flatnonzero(samples == size)
-            if len(same):
-                seen = self._seen([planes[picture].packed for picture in same], at_px[same], self._scene)
-                light[same] += seen * self._optics.object_level
-        lamp = self._optics.level * np.maximum(1 + self._optics.drift_per_s * time_s, 0.0)
+        scale = self._scene.scale(time_s)
+        for posed, image in self._scene.poses(time_s):
+            for size in (self._grid.image_size, self._grid.side_mirrors):
+                same = posed[samples[posed] == size]
+                if len(same):
+                    packed = [planes[picture].packed for picture in same]
+                    seen = self._seen(packed, at_px[same], image, None if scale is None else scale[same])
+                    light[same] += seen * self._optics.object_level
+        lamp = self._optics.lamp.brightness(time_s)
         return PictureLight(light * lamp, np.array([plane.lit_px for plane in planes]))
 
-    def _seen(self, packed: Sequence[Bytes], at_px: Floats, scene: AreaImage) -> Floats:
+    def _seen(
+        self, packed: Sequence[Bytes], at_px: Floats, scene: AreaImage, scale: Floats | None = None
+    ) -> Floats:
         """``(n,)``: light of ``scene``, displaced by ``at_px`` (n, 2), through planes of one size."""
         light, samples = np.zeros(len(packed)), len(packed[0])
         sample_px = self._grid.image_size / samples
-        window = scene.window(at_px, samples, sample_px)
+        window = scene.window(at_px, samples, sample_px, scale)
         if window.empty:
             return light
         together = max(
@@ -98,10 +111,32 @@ class LightPath:
         )
         for first in range(0, len(packed), together):
             batch = slice(first, first + together)
-            passed = scene.light(at_px[batch], window, sample_px) * self._transmission(packed[batch], window)
+            lit = self._lit(scene, at_px[batch], window, samples, None if scale is None else scale[batch])
+            passed = lit * self._transmission(packed[batch], window)
             # Not a BLAS product: its order of summation, and so the last bit, depends on the number of threads.
             light[batch] = passed.sum(axis=(1, 2))
         return light
+
+    def _lit(
+        self, scene: AreaImage, at_px: Floats, window: Window, samples: int, scale: Floats | None = None
+    ) -> Floats:
+        """``(n, bottom - top, right - left)``: light that falls on the mirrors."""
+        light, profile = scene.light(at_px, window, self._grid.image_size / samples, scale), self._profiles.get(samples)
+        if profile is not None:
+            light *= profile[window.top : window.bottom, window.left : window.right]
+        return light
+
+    def _background(self, packed: Bytes) -> float:
+        """Light of the background through a plane. What falls on the mirrors is always the same."""
+        image, samples, still_px = self._optics.background, len(packed), np.zeros((1, 2))
+        if image is None:
+            return 0.0
+        if samples not in self._still:
+            window = image.window(still_px, samples, self._grid.image_size / samples)
+            self._still[samples] = window, self._lit(image, still_px, window, samples)
+        window, lit = self._still[samples]
+        passed = lit * self._transmission([packed], window)
+        return float(passed.sum(axis=(1, 2))[0]) * self._optics.background_level
 
     def _transmission(self, packed: Sequence[Bytes], window: Window) -> Bytes | Floats:
         """``(n, bottom - top, right - left)``: 0 or 1, less where light is lost at edges."""
@@ -109,8 +144,10 @@ class LightPath:
         if self._optics.edge_loss == 0:
             rows = np.stack([plane[window.top : window.bottom] for plane in packed])
             return np.unpackbits(rows, axis=2, count=samples)[:, :, window.left : window.right]
-        field = np.pad(np.unpackbits(np.stack(packed), axis=2, count=samples), ((0, 0), (1, 1), (1, 1)))
-        near = field[:, window.top : window.bottom + 2, window.left : window.right + 2].astype(np.float64)
+        # Beyond the field all mirrors are off.
+        field = np.full((len(packed), samples + 2, samples + 2), int(self._optics.mirrors_inverted), np.uint8)
+        field[:, 1:-1, 1:-1] = np.unpackbits(np.stack(packed), axis=2, count=samples)
+        near = field[:, window.top : window.bottom + 2, window.left : window.right + 2]
         lit = near[:, 1:-1, 1:-1]
         lit_sides = near[:, :-2, 1:-1] + near[:, 2:, 1:-1] + near[:, 1:-1, :-2] + near[:, 1:-1, 2:]
         # A sample has one row of its mirrors along a side that borders a dark one.
@@ -126,38 +163,6 @@ class LightPath:
 
     def _take(self, packed_mirrors: Bytes) -> _Plane:
         grid, optics = self._grid, self._optics
-        coarse = superpixels(packed_mirrors, grid)
-        lit = field_mirrors(packed_mirrors, grid) if coarse is None else coarse
+        lit = lit_samples(packed_mirrors, grid, inverted=optics.mirrors_inverted)
         packed = np.packbits(lit, axis=1)
-        background = 0.0
-        if optics.background is not None:
-            background = float(self._seen([packed], np.zeros((1, 2)), optics.background)[0]) * optics.background_level
-        lit_samples = int(np.bitwise_count(packed).sum())
-        return _Plane(packed, lit_samples * (grid.image_size / len(lit)) ** 2, background)
-
-
-def superpixels(packed: Bytes, grid: PixelGrid) -> Bytes | None:
-    """One mirror of each superpixel, ``(image_size, image_size)``; None where a superpixel is not of one piece.
-
-    On the image grid the light is the same as on the mirrors, and it is found faster.
-    """
-    size, side = grid.superpixel, grid.side_mirrors
-    field, left = _field(packed, grid)
-    rows = field[::size]
-    if not all((field[mirror::size] == rows).all() for mirror in range(1, size)):
-        return None
-    mirrors = np.unpackbits(rows, axis=1)[:, left : left + side]
-    first = np.ascontiguousarray(mirrors[:, ::size])
-    return first if all((mirrors[:, mirror::size] == first).all() for mirror in range(1, size)) else None
-
-
-def field_mirrors(packed: Bytes, grid: PixelGrid) -> Bytes:
-    """Cut the image field out of a packed mirror plane: ``(side_mirrors, side_mirrors)`` of 0 and 1."""
-    field, left = _field(packed, grid)
-    return np.unpackbits(field, axis=1)[:, left : left + grid.side_mirrors]
-
-
-def _field(packed: Bytes, grid: PixelGrid) -> tuple[Bytes, int]:
-    """The bytes that hold the field, and in which bit of the first of them it begins."""
-    (top, left), side = grid.origin, grid.side_mirrors
-    return packed[top : top + side, left // 8 : -(-(left + side) // 8)], left % 8
+        return _Plane(packed, int(lit.sum()) * (grid.image_size / len(lit)) ** 2, self._background(packed))

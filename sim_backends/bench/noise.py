@@ -8,7 +8,9 @@ blocks it was read.
 import numpy as np
 
 from protocols import Counts, Floats, InputError, Integers
-from sim_backends.bench.settings import NoNoise, PhotonNoise, PixelNoise
+from sim_backends.bench.dead_time import non_paralyzable, paralyzable
+from sim_backends.bench.noise_settings import NoNoise, PhotonNoise, PixelNoise
+from sim_backends.bench.pulses import afterpulses
 
 
 def measure(
@@ -19,6 +21,7 @@ def measure(
     lit_px: Floats,
     duration_s: Floats,
     counts_per_light: float,
+    light_before: float = 0.0,
 ) -> Counts:
     """What the counter reads in the bins of one stretch.
 
@@ -29,6 +32,7 @@ def measure(
         lit_px: ``(n,)``: lit image pixels, for ``pixel`` noise.
         duration_s: ``(n,)``: length of each bin.
         counts_per_light: photons a unit of light, for ``poisson``.
+        light_before: light of the picture time before the first bin, of which afterpulses may come.
 
     Returns:
         ``(n,)``: uint32 for ``poisson``, float64 otherwise.
@@ -45,7 +49,18 @@ def measure(
         case PhotonNoise():
             expected = light * counts_per_light + noise.dark_rate_hz * duration_s
             _check_counts(expected)
-            return count_photons(expected, duration_s, noise.dead_time_s, [noise.seed, stretch]).astype(np.uint32)
+            seed = [noise.seed, stretch]
+            counted = _registered(expected, duration_s, noise, seed)
+            if noise.afterpulse_probability:
+                counted += afterpulses(
+                    counted,
+                    light_before * counts_per_light,
+                    duration_s,
+                    probability=noise.afterpulse_probability,
+                    delay_s=noise.afterpulse_delay_s,
+                    seed=seed,
+                )
+            return counted.astype(np.uint32)
 
 
 def _check_counts(expected: Floats) -> None:
@@ -58,41 +73,7 @@ def _check_counts(expected: Floats) -> None:
         )
 
 
-def count_photons(expected: Floats, duration_s: Floats, dead_time_s: float, seed: list[int]) -> Integers:
-    """Poisson arrivals thinned by a non-paralyzable dead time, exactly; each bin starts live.
-
-    The counter is blocked for the dead time after each registered count, so it counts in live time, where counts come as
-    a Poisson process of the true rate: k counts are registered if k exponential gaps and k - 1 dead times fit into the
-    bin, G_k + (k - 1) tau <= T, with G_k gamma distributed. The largest such k is found by bisection, where G between
-    two known values is beta distributed. Mean M = N / (1 + N tau / T) (Hamamatsu's handbook, eq. 6-2), variance over
-    mean about 1 / (1 + N tau / T)^2.
-
-    Args:
-        expected: ``(n,)``: mean number of arrivals N without dead time.
-        duration_s: ``(n,)``: length of each bin, T.
-        dead_time_s: tau.
-        seed: chooses the random numbers.
-
-    Returns:
-        ``(n,)``: registered counts.
-    """
-    if dead_time_s == 0:
-        return np.random.default_rng([*seed, 0]).poisson(expected)
-    rate_hz = np.divide(expected, duration_s, out=np.zeros_like(expected), where=duration_s > 0)
-    # `few` counts fit, `many` do not: so many dead times alone are longer than the bin.
-    few = np.zeros(len(expected), np.int64)
-    many = (duration_s / dead_time_s).astype(np.int64) + 2
-    gaps_few = np.zeros(len(expected))
-    gaps_many = np.random.default_rng([*seed, 0]).gamma(many)
-    step = 0
-    while (many - few > 1).any():
-        step += 1
-        middle = (few + many) // 2
-        share = np.random.default_rng([*seed, step]).beta(np.maximum(middle - few, 1), np.maximum(many - middle, 1))
-        gaps = gaps_few + (gaps_many - gaps_few) * share
-        fits = gaps <= rate_hz * (duration_s - (middle - 1) * dead_time_s)
-        open_still = many - few > 1
-        few, gaps_few = np.where(open_still & fits, (middle, gaps), (few, gaps_few))
-        many, gaps_many = np.where(open_still & ~fits, (middle, gaps), (many, gaps_many))
-        few, many = few.astype(np.int64), many.astype(np.int64)
-    return few
+def _registered(expected: Floats, duration_s: Floats, noise: PhotonNoise, seed: list[int]) -> Integers:
+    """``(n,)``: counts that the dead time leaves of ``expected`` (n,) photons."""
+    count = paralyzable if noise.dead_time_kind == "paralyzable" else non_paralyzable
+    return count(expected, duration_s, noise.dead_time_s, seed)

@@ -1,117 +1,41 @@
 """The ``[scene]`` table of bench.toml."""
 
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from protocols.values import Frozen
-from sim_backends.bench.bounds import (
-    Angle,
-    DarkHertz,
-    Factor,
-    Index,
-    Instant,
-    LaidOut,
-    Level,
-    PlaceMm,
-    PlacePx,
-    Seed,
-)
+from sim_backends.bench.bounds import Angle, Factor, Instant, Level, Part, PlaceMm, PlacePx
+from sim_backends.bench.fault_settings import Fault
+from sim_backends.bench.noise_settings import NoNoise, Noise
+from sim_backends.bench.realism import flaws
 
 
-class NoNoise(Frozen):
-    """Exact values, for checks of the mathematics."""
+class SwappedPatterns(Frozen):
+    """Two patterns of each frame that stand in each other's place in the modulator's memory."""
 
-    kind: Literal["none"] = "none"
-    """Tells this table from the others."""
+    patterns_per_frame: Annotated[int, Field(ge=2, le=1_000_000)] = 6
+    """Patterns of a frame."""
 
+    first: Annotated[int, Field(ge=0)] = 4
+    """Place of the one in the frame, from 0. In the six-pattern scheme the Hadamard pattern is at 4."""
 
-class PixelNoise(Frozen):
-    """Gaussian noise on every pixel of the modulated scene: the convention behind the published tables."""
+    second: Annotated[int, Field(ge=0)] = 5
+    """Place of the other, from 0. In the six-pattern scheme the complement is at 5."""
 
-    kind: Literal["pixel"]
-    """Tells this table from the others."""
-
-    sigma: Level = 0.1
-    """Standard deviation a pixel, on the scale of transmission 0 to 1: a value with n lit pixels gets sigma sqrt(n)."""
-
-    seed: Seed = 0
-    """Makes a run repeatable to the bit."""
-
-
-class PhotonNoise(Frozen):
-    """Photon counting: Poisson arrivals, dark counts, and a dead time after each count."""
-
-    kind: Literal["poisson"]
-    """Tells this table from the others."""
-
-    peak_counts: Annotated[float, Field(gt=0, le=1e9)] = 250.0
-    """Expected counts of an all-lit picture from the object alone, at the first picture, at ``light_level`` 1 and
-    before dead time. A picture that lets half of the light through gives half of it."""
-
-    dark_rate_hz: DarkHertz = 0.0
-    """Dark counts a second. The data sheet of the -210 head is uncertain (50 or 600 a second): measure it."""
-
-    dead_time_s: Annotated[float, Field(ge=0, lt=1e-3)] = 0.0
-    """Non-paralyzable dead time of head and counter together (20 ns reproduces the head's data sheet)."""
-
-    seed: Seed = 0
-    """Makes a run repeatable to the bit."""
-
-
-Noise: TypeAlias = Annotated[NoNoise | PixelNoise | PhotonNoise, Field(discriminator="kind")]
-"""Model of how the light of a bin becomes what the counter reads."""
-
-
-class DroppedEdge(Frozen):
-    """The counter misses the edge that opens a picture, so one bin holds two pictures."""
-
-    kind: Literal["drop-edge"]
-    """Tells this table from the others."""
-
-    picture: Index
-    """Index of the picture, from 0."""
-
-
-class DoubledEdge(Frozen):
-    """A bouncing line: the counter sees a second edge soon after the one that opens a picture."""
-
-    kind: Literal["double-edge"]
-    """Tells this table from the others."""
-
-    picture: Index
-    """Index of the picture, from 0."""
-
-    after_s: Annotated[float, Field(gt=0, le=10)] = 2e-6
-    """Time from the edge to its echo, in seconds."""
-
-
-class Stall(Frozen):
-    """The modulator stays on a picture for ever: no later edge, and it never says that it has finished."""
-
-    kind: Literal["stall"]
-    """Tells this table from the others."""
-
-    picture: Index
-    """The last picture that is shown, from 0."""
-
-
-class SurplusEdges(Frozen):
-    """Edges that go on, one a picture time, after the guard picture."""
-
-    kind: Literal["surplus-edges"]
-    """Tells this table from the others."""
-
-    edges: LaidOut = 1
-    """Number of edges."""
-
-
-Fault: TypeAlias = Annotated[DroppedEdge | DoubledEdge | Stall | SurplusEdges, Field(discriminator="kind")]
-"""Something that goes wrong in every run on this bench."""
+    @model_validator(mode="after")
+    def _inside(self) -> Self:
+        if max(self.first, self.second) >= self.patterns_per_frame:
+            msg = f"a frame of {self.patterns_per_frame} patterns has the places 0 to {self.patterns_per_frame - 1}"
+            raise ValueError(msg)
+        return self
 
 
 class SceneSettings(Frozen):
     """What stands before the modulator, how it moves, and what spoils the measurement."""
+
+    realism: Literal["ideal", "realistic"] = "ideal"
+    """``realistic`` takes the flaws of a real bench (``realism.py``) where this table does not say otherwise."""
 
     object: str = "letter-B"
     """A built-in name, or a path relative to bench.toml: PNG (grey 0 to white) or NPY (transmission 0 to 1)."""
@@ -123,6 +47,17 @@ class SceneSettings(Frozen):
     object_level: Annotated[float, Field(ge=0, le=1)] = 1.0
     """A factor on the object's transmission. 0 takes it out of the light, but not out of what ``peak_counts`` is measured on: for
     recording a background alone, by the same lamp."""
+
+    object_growth: Annotated[float, Field(gt=-1, le=10)] = 0.0
+    """Relative growth of the object's image about its centre from the first sync edge to the end of the run, linear in time.
+    It stays as bright, so that its light grows with its area."""
+
+    object_turn_deg: Angle = 0.0
+    """Turn of the object's image about its centre in the same time, linear in time; a positive angle is clockwise as one
+    looks at the picture."""
+
+    blur_px: Annotated[float, Field(ge=0, le=100)] = 0.0
+    """Blur of the image on the modulator, object and background: standard deviation of a Gaussian, in image pixels."""
 
     start_px: tuple[PlacePx, PlacePx] | None = None
     """Column and row of the object's centre where it is not displaced. None: for a built-in a quarter of the image from
@@ -148,6 +83,23 @@ class SceneSettings(Frozen):
     led_drift_per_s: Annotated[float, Field(ge=-1e6, le=1e6)] = 0.0
     """Relative change of the lamp's brightness a second, counted from the first sync edge (it never falls below dark)."""
 
+    led_flicker: Part = 0.0
+    """Relative amplitude of the lamp's flicker at twice ``mains_hz``: a sine that begins at the first sync edge."""
+
+    mains_hz: Annotated[float, Field(gt=0, le=1e6)] = 50.0
+    """Frequency of the mains. Lamps flicker at twice as much: 100 Hz."""
+
+    illumination_falloff: Part = 0.0
+    """Part of the light that is missing in the corners of the field: the illumination is 1 - falloff (r / corner)^2 at the
+    distance r from the middle. It is fixed to the modulator's field, and the object moves through it."""
+
+    ambient_level: Level = 0.0
+    """Light that reaches the detector past the modulator, whatever the pattern: a part of what the object gives in an
+    all-lit picture (as ``peak_counts`` measures it). Neither ``light_level`` nor ``object_level`` changes it."""
+
+    ambient_ripple: Part = 0.0
+    """Relative amplitude of the ambient light's ripple at twice ``mains_hz``: a sine that begins at the first sync edge."""
+
     background: str | None = None
     """A built-in name or a path, as ``object``: what stands still beside the object."""
 
@@ -163,7 +115,22 @@ class SceneSettings(Frozen):
     a pattern and its complement on an even scene, so that it stays out of their difference but not of their sum."""
 
     mirror_transition_s: Instant = 0.0
-    """Time over which the light goes linearly from one picture to the next (about 4 us on the real mirrors)."""
+    """Crossover: time over which the light goes linearly from one picture to the next (about 4 us on the real mirrors). A
+    value holds the part transition / (2 picture time) of the picture before."""
+
+    mirror_settling_s: Instant = 0.0
+    """Time after the crossover until the mirrors stand (about 8.5 us on the real ones): the rest of the way is closed in on
+    exponentially, with a quarter of this time as its time constant. It adds settling / (4 picture time) to that part."""
+
+    mirrors_inverted: bool = False
+    """The detector sees the mirrors that are off: wired, or placed, on the wrong side."""
+
+    swap: SwappedPatterns | None = None
+    """Two patterns of each frame that are shown in each other's place."""
+
+    patterns_late: Annotated[int, Field(ge=-1000, le=1000)] = 0
+    """Number of picture times by which all patterns come late, against their edges; early where negative. The guard
+    picture's pattern fills the gap."""
 
     sync_jitter_s: Instant = 0.0
     """Standard deviation of each sync edge."""
@@ -171,8 +138,21 @@ class SceneSettings(Frozen):
     noise: Noise = NoNoise()
     """Model of how light becomes what the counter reads."""
 
+    spike_probability: Part = 0.0
+    """Probability that a bin is read far too high: a cosmic particle, or pick-up in a cable."""
+
+    spike_factor: Factor = 10.0
+    """What is read there instead of 1, in terms of the bin's own value."""
+
     faults: Annotated[tuple[Fault, ...], Field(max_length=1000)] = ()
     """Faults of every run."""
 
     realtime: bool = False
     """Let simulated time pass as real time does."""
+
+    @model_validator(mode="after")
+    def _with_flaws(self) -> Self:
+        if self.realism == "realistic":
+            for key, value in flaws({key: getattr(self, key) for key in self.model_fields_set}).items():
+                object.__setattr__(self, key, value)  # a frozen model, which nobody has seen yet
+        return self

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from protocols import Floats
-from sim_backends.bench.settings import DoubledEdge, DroppedEdge, Fault, Stall, SurplusEdges
+from sim_backends.bench.fault_settings import DoubledEdge, DroppedEdge, Fault, Stall, SurplusEdges
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,9 +9,13 @@ from hypothesis import strategies as st
 
 from protocols import Bytes, Floats, PixelGrid
 from sim_backends.bench.image import AreaImage, Window
-from sim_backends.bench.light import LightPath, Optics, field_mirrors, superpixels
-from sim_backends.bench.noise import count_photons, measure
-from sim_backends.bench.settings import PhotonNoise, PixelNoise
+from sim_backends.bench.lamp import Lamp
+from sim_backends.bench.light import LightPath, Optics
+from sim_backends.bench.planes import field_mirrors, superpixels
+from sim_backends.bench.pose import ChangingImage
+from sim_backends.bench.dead_time import non_paralyzable as count_photons
+from sim_backends.bench.noise import measure
+from sim_backends.bench.noise_settings import PhotonNoise, PixelNoise
 from tests.sim_backends.projector import SIZE, all_on, bench_with, pixel, save, values
 
 GRID = PixelGrid(image_size=4, superpixel=2, columns=24, rows=16)
@@ -94,7 +98,7 @@ def test_superpixels_are_seen_only_where_all_of_their_mirrors_agree() -> None:
 def test_the_lit_area_counts_mirrors_by_their_quarter_of_a_pixel(lit: list[tuple[int, int]]) -> None:
     """Four mirrors are one pixel, three are 3/4, on superpixels or not; an even scene of 0.5 gives half of it as light."""
     scene = AreaImage(np.full((1, 1), 0.5), 4.0, 0.0, 0.0)
-    path = LightPath(scene, Optics(), GRID, lambda _index: _packed(*lit))
+    path = LightPath(ChangingImage(scene), Optics(), GRID, lambda _index: _packed(*lit))
     seen = path.of(np.array([0]), np.zeros((1, 2)), np.zeros(1))
     assert seen.lit_px.tolist() == [len(lit) / 4]
     assert seen.light.tolist() == [pytest.approx(0.5 * len(lit) / 4)]
@@ -109,7 +113,7 @@ def test_planes_are_fetched_once_and_each_picture_keeps_its_own() -> None:
         fetched.append(index)
         return planes[index]
 
-    path = LightPath(AreaImage(np.ones((1, 1)), 4.0, 0.0, 0.0), Optics(), GRID, mirrors)
+    path = LightPath(ChangingImage(AreaImage(np.ones((1, 1)), 4.0, 0.0, 0.0)), Optics(), GRID, mirrors)
     order = np.array([1, 0, 0, 1, 0])
     assert path.of(order, np.zeros((5, 2)), np.zeros(5)).light.tolist() == [2, 1, 1, 2, 1]
     assert fetched == [1, 0]
@@ -119,7 +123,7 @@ def test_a_lamp_that_fades_is_dark_and_not_darker_than_dark() -> None:
     """Level 3 and -0.25 a second: 3 at 0 s, 1.5 at 2 s, nothing at 4 s and after."""
     scene = AreaImage(np.ones((1, 1)), 1.0, 0.0, 0.0)
     lit = _packed((4, 8), (4, 9), (5, 8), (5, 9))
-    path = LightPath(scene, Optics(level=3.0, drift_per_s=-0.25), GRID, lambda _index: lit)
+    path = LightPath(ChangingImage(scene), Optics(Lamp(level=3.0, drift_per_s=-0.25)), GRID, lambda _index: lit)
     seen = path.of(np.zeros(4, np.int64), np.zeros((4, 2)), np.array([0.0, 2.0, 4.0, 9.0]))
     assert seen.light.tolist() == pytest.approx([3.0, 1.5, 0.0, 0.0])
 
@@ -131,7 +135,7 @@ def test_each_dark_side_of_a_mirror_costs_its_share_of_light() -> None:
     """
     scene = AreaImage(np.ones((1, 1)), 4.0, 0.0, 0.0)
     column = _packed(*[(row, mirror) for row in range(4, 12) for mirror in (10, 11)])
-    path = LightPath(scene, Optics(edge_loss=0.1), GRID, lambda _index: column)
+    path = LightPath(ChangingImage(scene), Optics(edge_loss=0.1), GRID, lambda _index: column)
     assert path.of(np.array([0]), np.zeros((1, 2)), np.zeros(1)).light.tolist() == [pytest.approx(3.5)]
 
 
@@ -144,7 +148,7 @@ def test_a_pattern_and_its_complement_together_see_all_light_of_the_field(seed: 
     other = plane.copy()
     other[4:12, 8:16] ^= 1
     packed = [np.packbits(plane, axis=1), np.packbits(other, axis=1)]
-    path = LightPath(scene, Optics(), GRID, packed.__getitem__)
+    path = LightPath(ChangingImage(scene), Optics(), GRID, packed.__getitem__)
     light = path.of(np.array([0, 1]), np.array([[dx, dy], [dx, dy]]), np.zeros(2)).light
     assert light.sum() == pytest.approx(float(scene.on_grid(dx, dy, 4, 1.0).sum()), abs=1e-9)
 

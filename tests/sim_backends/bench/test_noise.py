@@ -6,8 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from protocols import Floats, InputError, Integers
-from sim_backends.bench.noise import count_photons, measure
-from sim_backends.bench.settings import NoNoise, PhotonNoise, PixelNoise
+from sim_backends.bench.dead_time import non_paralyzable as count_photons
+from sim_backends.bench.noise import measure
+from sim_backends.bench.noise_settings import NoNoise, PhotonNoise, PixelNoise
 
 
 def photons(expected: float, duration_s: float, dead_time_s: float, n: int = 100_000) -> Integers:

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from sim_backends.bench import OpticalBench, SceneSettings
 from sim_backends.bench.plugin import plugin
-from sim_backends.bench.settings import NoNoise, PhotonNoise, PixelNoise
+from sim_backends.bench.noise_settings import NoNoise, PhotonNoise, PixelNoise
 
 FULL = """
 object = "bars"

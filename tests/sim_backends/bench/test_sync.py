@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sim_backends.bench.settings import DoubledEdge, DroppedEdge, Fault, Stall, SurplusEdges
+from sim_backends.bench.fault_settings import DoubledEdge, DroppedEdge, Fault, Stall, SurplusEdges
 from sim_backends.bench.sync import overlap, sync_line
 
 
