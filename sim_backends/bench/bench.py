@@ -107,7 +107,14 @@ class OpticalBench:
             self._fix_origin(projection.first_edge_s)
             displacement = self._displacement(self._view.grid.image_size)
             all_lit = self._all_lit(displacement, projection.first_edge_s)
-            self._run = Run(settings, self._view, projection, sync, displacement, all_lit)
+            self._run = Run(
+                settings,
+                view=self._view,
+                projection=projection,
+                sync=sync,
+                displacement=displacement,
+                all_lit=all_lit,
+            )
             self._dark_s = math.inf
 
     def _all_lit(self, displacement: Displacement, first_edge_s: float) -> float:

@@ -66,8 +66,9 @@ def paralyzable(expected: Floats, duration_s: Floats, dead_time_s: float, seed: 
     random = np.random.default_rng([*seed, 0])
     if dead_time_s == 0:
         return random.poisson(expected)
-    busy = np.divide(dead_time_s, duration_s, out=np.full_like(duration_s, np.inf), where=duration_s > 0)
+    busy = np.divide(dead_time_s, duration_s, out=np.ones_like(duration_s), where=duration_s > 0)
     mean = expected * np.exp(-np.minimum(expected * busy, 700.0)) * (duration_s > 0)
     within = np.minimum(busy, 1.0)
     trials = np.rint(1 / (within * (2 - within))).astype(np.int64)
-    return random.binomial(trials, mean / trials)
+    counted: Integers = random.binomial(trials, mean / trials)
+    return counted

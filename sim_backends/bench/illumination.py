@@ -6,7 +6,7 @@ from protocols import Floats
 
 
 def illumination(samples: int, falloff: float) -> Floats:
-    """``(samples, samples)``: 1 in the middle of the field, falling with the square of the distance to 1 - ``falloff`` in the corners.
+    """``(samples, samples)``: 1 in the middle of the field, 1 - ``falloff`` in its corners, by the distance squared.
 
     The profile stands still in the field of the modulator, whatever the object does. An uneven lamp that stands still before a
     moving object, the darkening of a lens towards its border and uneven collection behind the modulator all look like this.

@@ -1,7 +1,7 @@
 """The light that each picture lets through."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -20,7 +20,7 @@ _BATCH = 32_000
 class Optics:
     """What the lamp, the background and the mirrors do to the light."""
 
-    lamp: Lamp = Lamp()
+    lamp: Lamp = field(default_factory=Lamp)
     illumination_falloff: float = 0.0
     edge_loss: float = 0.0
     mirrors_inverted: bool = False
@@ -91,15 +91,13 @@ class LightPath:
             for size in (self._grid.image_size, self._grid.side_mirrors):
                 same = posed[samples[posed] == size]
                 if len(same):
-                    packed = [planes[picture].packed for picture in same]
+                    packed = [planes[picture].packed for picture in same.tolist()]
                     seen = self._seen(packed, at_px[same], image, None if scale is None else scale[same])
                     light[same] += seen * self._optics.object_level
         lamp = self._optics.lamp.brightness(time_s)
         return PictureLight(light * lamp, np.array([plane.lit_px for plane in planes]))
 
-    def _seen(
-        self, packed: Sequence[Bytes], at_px: Floats, scene: AreaImage, scale: Floats | None = None
-    ) -> Floats:
+    def _seen(self, packed: Sequence[Bytes], at_px: Floats, scene: AreaImage, scale: Floats | None = None) -> Floats:
         """``(n,)``: light of ``scene``, displaced by ``at_px`` (n, 2), through planes of one size."""
         light, samples = np.zeros(len(packed)), len(packed[0])
         sample_px = self._grid.image_size / samples
@@ -145,9 +143,9 @@ class LightPath:
             rows = np.stack([plane[window.top : window.bottom] for plane in packed])
             return np.unpackbits(rows, axis=2, count=samples)[:, :, window.left : window.right]
         # Beyond the field all mirrors are off.
-        field = np.full((len(packed), samples + 2, samples + 2), int(self._optics.mirrors_inverted), np.uint8)
-        field[:, 1:-1, 1:-1] = np.unpackbits(np.stack(packed), axis=2, count=samples)
-        near = field[:, window.top : window.bottom + 2, window.left : window.right + 2]
+        mirrors = np.full((len(packed), samples + 2, samples + 2), int(self._optics.mirrors_inverted), np.uint8)
+        mirrors[:, 1:-1, 1:-1] = np.unpackbits(np.stack(packed), axis=2, count=samples)
+        near = mirrors[:, window.top : window.bottom + 2, window.left : window.right + 2]
         lit = near[:, 1:-1, 1:-1]
         lit_sides = near[:, :-2, 1:-1] + near[:, 2:, 1:-1] + near[:, 1:-1, :-2] + near[:, 1:-1, 2:]
         # A sample has one row of its mirrors along a side that borders a dark one.

@@ -14,7 +14,7 @@ _STEP_PX: Final = 1 / 32
 """The image turns in steps that move its corners by so many pixels."""
 
 _CELL_PX: Final = 0.5
-"""Side of a cell of the turned image, at most."""
+"""Side of a cell of the turned image, at most. Taking the mean over it blurs an image by 0.2 px where it is turned."""
 
 _SAMPLES: Final = 4
 """Transmission is read at so many places along the side of such a cell, which takes their mean."""

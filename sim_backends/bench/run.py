@@ -28,6 +28,7 @@ class Run:
     def __init__(
         self,
         settings: SceneSettings,
+        *,
         view: View,
         projection: Projection,
         sync: SyncLine,
@@ -59,9 +60,7 @@ class Run:
         self._counts_per_light = (
             settings.noise.peak_counts / all_lit if isinstance(settings.noise, PhotonNoise) else 1.0
         )
-        self._remainder = remainder(
-            settings.mirror_transition_s, settings.mirror_settling_s, projection.picture_time_s
-        )
+        self._remainder = remainder(settings.mirror_transition_s, settings.mirror_settling_s, projection.picture_time_s)
         self._counts = no_counts(settings, max(0, len(self.edge_s) - 1))
         self._known: set[int] = set()
 

@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 from protocols.values import Frozen
 from sim_backends.bench.bounds import Angle, Factor, Instant, Level, Part, PlaceMm, PlacePx
 from sim_backends.bench.fault_settings import Fault
-from sim_backends.bench.noise_settings import NoNoise, Noise
+from sim_backends.bench.noise_settings import Noise, NoNoise
 from sim_backends.bench.realism import flaws
 
 

@@ -131,6 +131,8 @@ HARMS: dict[str, tuple[Harm, str]] = {
     "short edge times": (put("entry/data/edge_time_s", np.ones((7, 6))), r"edge times of shape \(7, 6\)"),
     "a flat truth": (put("entry/truth/displacement_px", np.ones(16)), "at /entry/truth, not"),
     "a small truth": (put("entry/truth/image", np.ones((4, 4))), "at /entry/truth, not"),
+    "a small background": (put("entry/truth/background", np.ones((4, 8))), "at /entry/truth, not"),
+    "a broken background": (put("entry/truth/background", np.full((8, 8), np.nan)), "not finite at /entry/truth"),
     "a report of numbers": (put("entry/timing/report", 3), "/entry/timing/report is no text"),
     "picture time 0": (put(PICTURE_TIME, 0.0), f"0 at /{PICTURE_TIME}, not more than 0 s"),
     "picture time -1": (put(PICTURE_TIME, -1.0), f"-1 at /{PICTURE_TIME}, not more than 0 s"),

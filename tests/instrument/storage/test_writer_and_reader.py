@@ -56,7 +56,36 @@ def test_a_whole_run_comes_back_with_all_its_figures(tmp_path: Path) -> None:
     assert recording.truth is not None
     np.testing.assert_array_equal(recording.truth.displacement_px, truth.displacement_px)
     np.testing.assert_array_equal(recording.truth.image, truth.image)
+    assert recording.truth.background is None
     assert recording.path == path
+
+
+def test_the_background_of_a_truth_comes_back_and_stays_in_a_shorter_run(tmp_path: Path) -> None:
+    background = np.arange(64.0).reshape(8, 8) / 64
+    with RecordingWriter(tmp_path / "run.h5", PLAN, picture_time_s=50e-6, with_truth=True) as writer:
+        whole = block(COUNTS)
+        writer.append_raw(whole)
+        writer.append(COUNTS, whole.opening_edge_s)
+        writer.finish(truth=Truth(np.zeros((8, 2)), np.eye(8), background))
+
+    for recording in (open_recording(tmp_path / "run.h5"), open_recording(tmp_path / "run.h5").first(3)):
+        assert recording.truth is not None
+        assert recording.truth.background is not None
+        np.testing.assert_array_equal(recording.truth.background, background)
+        assert recording.truth.displacement_px.shape == (len(recording), 2)
+
+
+def test_a_truth_of_before_had_no_background(tmp_path: Path) -> None:
+    path = tmp_path / "run.h5"
+    with RecordingWriter(path, PLAN, picture_time_s=50e-6, with_truth=True) as writer:
+        writer.append(COUNTS)
+        writer.append_raw(block(COUNTS))
+        writer.finish(truth=Truth(np.zeros((8, 2)), np.eye(8)))
+    with plain.opened(path, "r+") as file:
+        del file["entry/truth/background"]
+    truth = open_recording(path).truth
+    assert truth is not None
+    assert truth.background is None
 
 
 @settings(max_examples=25, deadline=None)

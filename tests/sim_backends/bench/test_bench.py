@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from protocols import BenchContext, Floats, InputError, PixelGrid, Scene, WrongState
 from sim_backends.bench import OpticalBench, Projection, SceneSettings, VirtualClock, bench_of
-from sim_backends.bench.projection import Edges
 from sim_backends.bench.noise_settings import PhotonNoise
+from sim_backends.bench.projection import Edges
 from tests.sim_backends.projector import (
     GRID,
     PICTURE_S,

@@ -8,14 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from protocols import Bytes, Floats, PixelGrid
+from sim_backends.bench.dead_time import non_paralyzable as count_photons
 from sim_backends.bench.image import AreaImage, Window
 from sim_backends.bench.lamp import Lamp
 from sim_backends.bench.light import LightPath, Optics
-from sim_backends.bench.planes import field_mirrors, superpixels
-from sim_backends.bench.pose import ChangingImage
-from sim_backends.bench.dead_time import non_paralyzable as count_photons
 from sim_backends.bench.noise import measure
 from sim_backends.bench.noise_settings import PhotonNoise, PixelNoise
+from sim_backends.bench.planes import field_mirrors, superpixels
+from sim_backends.bench.pose import ChangingImage
 from tests.sim_backends.projector import SIZE, all_on, bench_with, pixel, save, values
 
 GRID = PixelGrid(image_size=4, superpixel=2, columns=24, rows=16)
