@@ -89,9 +89,9 @@ class LightPath:
         scale = self._scene.scale(time_s)
         for posed, image in self._scene.poses(time_s):
             for size in (self._grid.image_size, self._grid.side_mirrors):
-                same = posed[samples[posed] == size]
+                same: Integers = posed[samples[posed] == size]
                 if len(same):
-                    packed = [planes[picture].packed for picture in same.tolist()]
+                    packed = [planes[int(picture)].packed for picture in same]
                     seen = self._seen(packed, at_px[same], image, None if scale is None else scale[same])
                     light[same] += seen * self._optics.object_level
         lamp = self._optics.lamp.brightness(time_s)

@@ -11,7 +11,10 @@ from protocols import Floats, Integers
 from sim_backends.bench.image import AreaImage
 
 _STEP_PX: Final = 1 / 32
-"""The image turns in steps that move its corners by so many pixels."""
+"""The image turns in steps that move its corners by so many pixels,"""
+
+_MOST_STEPS: Final = 1000
+"""but in so many steps at most."""
 
 _CELL_PX: Final = 0.5
 """Side of a cell of the turned image, at most. Taking the mean over it blurs an image by 0.2 px where it is turned."""
@@ -19,8 +22,8 @@ _CELL_PX: Final = 0.5
 _SAMPLES: Final = 4
 """Transmission is read at so many places along the side of such a cell, which takes their mean."""
 
-_MOST_CELLS: Final = 500
-"""Cells along the diagonal: an image that is larger than 250 px is turned on coarser ones."""
+_MOST_CELLS: Final = 400
+"""Cells along the diagonal: an image that is larger than 200 px is turned on coarser ones."""
 
 _KEPT: Final = 4
 """Turned images to keep. Time goes on, so that older ones are not needed again."""
@@ -33,26 +36,30 @@ class ChangingImage:
     image: AreaImage
     """As it is at the first sync edge."""
 
-    growth_per_s: float = 0.0
-    """Relative growth a second. Its brightness stays."""
+    growth: float = 0.0
+    """Relative growth in ``run_s``. Its brightness stays."""
 
-    turn_deg_per_s: float = 0.0
-    """Degrees a second, clockwise as one looks at the picture."""
+    turn_deg: float = 0.0
+    """Degrees in ``run_s``, clockwise as one looks at the picture."""
+
+    run_s: float = 1.0
+    """Duration of the run, in seconds."""
 
     _turned: dict[int, AreaImage] = field(init=False, default_factory=dict[int, AreaImage])
 
     def scale(self, time_s: Floats) -> Floats | None:
         """``(n,)`` size at ``time_s`` (n,), as a part of that at the first sync edge; None where it never changes."""
-        return 1 + self.growth_per_s * time_s if self.growth_per_s else None
+        return 1 + self.growth * (time_s / self.run_s) if self.growth else None
 
     def poses(self, time_s: Floats) -> Iterator[tuple[Integers, AreaImage]]:
         """The image as it is turned, with the indices of the ``time_s`` (n,) at which it is."""
-        if not self.turn_deg_per_s:
+        if not self.turn_deg:
             yield np.arange(len(time_s)), self.image
             return
         height, width = (side * self.image.cell_px for side in self.image.cells.shape)
-        step_deg = math.degrees(_STEP_PX / (math.hypot(height, width) / 2))
-        steps = np.rint(self.turn_deg_per_s * time_s / step_deg).astype(np.int64)
+        fine_deg = math.degrees(_STEP_PX / (math.hypot(height, width) / 2))
+        step_deg = max(fine_deg, abs(self.turn_deg) / _MOST_STEPS)
+        steps = np.rint(self.turn_deg * (time_s / self.run_s) / step_deg).astype(np.int64)
         for step in np.unique(steps):
             yield np.flatnonzero(steps == step), self._at(int(step), step_deg)
 

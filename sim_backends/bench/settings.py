@@ -52,7 +52,7 @@ class SceneSettings(Frozen):
     """Relative growth of the object's image about its centre from the first sync edge to the end of the run, linear in time.
     It stays as bright, so that its light grows with its area."""
 
-    object_turn_deg: Angle = 0.0
+    object_turn_deg: Annotated[float, Field(ge=-360, le=360)] = 0.0
     """Turn of the object's image about its centre in the same time, linear in time; a positive angle is clockwise as one
     looks at the picture."""
 

@@ -79,4 +79,4 @@ def _background(settings: SceneSettings, folder: Path, image_size: int) -> AreaI
 
 def changing(shown: AreaImage, settings: SceneSettings, run_s: float) -> ChangingImage:
     """Give the object as it turns and grows by what the settings say in a run of ``run_s`` seconds."""
-    return ChangingImage(shown, settings.object_growth / run_s, settings.object_turn_deg / run_s)
+    return ChangingImage(shown, settings.object_growth, settings.object_turn_deg, run_s)

@@ -36,7 +36,7 @@ def _held(model: type[BaseModel], ideal: Any, real: Any) -> set[str]:
         default = model.model_fields[name].default
         assert default is not PydanticUndefined, name
         cells = ROWS[name]
-        assert cells[0] == _written(list(default) if isinstance(default, tuple) else default), name
+        assert cells[0] == _written([] if default == () else default), name
         figure = getattr(real, name)
         if figure != getattr(ideal, name) and name != "realism":
             assert cells[1] == _written(figure), name

@@ -112,7 +112,7 @@ def test_displacement_and_truth_stay_those_of_the_centre(tmp_path: Path) -> None
 
 def test_turned_images_are_made_in_steps_that_a_pixel_does_not_see() -> None:
     """3 degrees of an image whose corner is 3.6 px from its centre: 0.19 px of way, in steps of 1/32 px: seven images."""
-    changing = ChangingImage(EVEN, turn_deg_per_s=3.0)
+    changing = ChangingImage(EVEN, turn_deg=6.0, run_s=2.0)
     time_s = np.linspace(0, 1, 500)
     poses = list(changing.poses(time_s))
     assert len(poses) == 7
@@ -120,14 +120,32 @@ def test_turned_images_are_made_in_steps_that_a_pixel_does_not_see() -> None:
     assert changing.scale(time_s) is None
 
 
+def test_a_whole_turn_has_a_thousand_steps() -> None:
+    """EVEN goes 22.7 px along its circle, 725 steps of 1/32 px; one ten times as large would have 7,250."""
+    time_s = np.linspace(0, 1, 5000)
+    large = AreaImage(EVEN.cells, 10.0, 0.0, 0.0)
+    seen = [sum(1 for _ in _Steps(image).poses(time_s)) for image in (EVEN, large)]
+    assert seen == [726, 1001]
+
+
+class _Steps(ChangingImage):
+    """Turns by 360 degrees, and draws nothing."""
+
+    def __init__(self, image: AreaImage) -> None:
+        super().__init__(image, turn_deg=360.0)
+
+    def _at(self, step: int, step_deg: float) -> AreaImage:
+        return self.image
+
+
 def test_an_image_that_does_not_turn_is_itself() -> None:
-    ((which, image),) = ChangingImage(EVEN, growth_per_s=1.0).poses(np.zeros(3))
+    ((which, image),) = ChangingImage(EVEN, growth=1.0).poses(np.zeros(3))
     assert which.tolist() == [0, 1, 2]
     assert image is EVEN
 
 
 def test_a_huge_image_is_turned_on_coarser_cells() -> None:
-    """One cell of 3,000 px: its diagonal of 4,243 px has 500 cells at most, of 8.5 px."""
+    """One cell of 3,000 px: its diagonal of 4,243 px has 400 cells at most, of 10.6 px."""
     seen = turned(AreaImage(np.ones((1, 1)), 3000.0, 0.0, 0.0), 1.0)
-    assert 8.0 < seen.cell_px <= 8.5
+    assert 10.0 < seen.cell_px <= 10.6067
     assert seen.cells.sum() * seen.cell_px**2 == pytest.approx(9e6, rel=1e-3)

@@ -115,6 +115,7 @@ def test_the_published_noise_is_sigma_of_a_tenth() -> None:
         {"ambient_ripple": 2.0},
         {"object_growth": -1.0},
         {"blur_px": -0.5},
+        {"object_turn_deg": 361},
         {"swap": {"patterns_per_frame": 5}},
         {"swap": {"first": -1}},
         {"patterns_late": 0.5},
