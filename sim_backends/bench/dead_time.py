@@ -69,6 +69,7 @@ def paralyzable(expected: Floats, duration_s: Floats, dead_time_s: float, seed: 
     busy = np.divide(dead_time_s, duration_s, out=np.ones_like(duration_s), where=duration_s > 0)
     mean = expected * np.exp(-np.minimum(expected * busy, 700.0)) * (duration_s > 0)
     within = np.minimum(busy, 1.0)
-    trials = np.rint(1 / (within * (2 - within))).astype(np.int64)
+    # More than 1e15 trials are Poisson's distribution to every digit.
+    trials = np.rint(np.minimum(1 / (within * (2 - within)), 1e15)).astype(np.int64)
     counted: Integers = random.binomial(trials, mean / trials)
     return counted

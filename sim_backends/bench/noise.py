@@ -69,7 +69,7 @@ def _check_counts(expected: Floats) -> None:
             device="bench",
             saw=f"{float(expected.max()):.3g} photons in one picture",
             expected="fewer than 2^31: counts have 32 bits",
-            remedy="lower peak_counts, dark_rate_hz, light_level or background_level in [scene]",
+            remedy="lower peak_counts, dark_rate_hz, light_level, background_level or ambient_level in [scene]",
         )
 
 

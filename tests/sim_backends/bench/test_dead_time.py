@@ -70,6 +70,10 @@ def test_without_dead_time_without_light_and_without_time() -> None:
     assert _counts(1e9, n=10).sum() == 0  # blinded
 
 
+def test_a_dead_time_of_next_to_nothing_leaves_all_photons() -> None:
+    assert _counts(50.0, dead_time_s=1e-300).mean() == pytest.approx(50.0, abs=5 * (50 / 100_000) ** 0.5)
+
+
 @given(busy=st.floats(0, 800), ratio=st.floats(1e-6, 3))
 def test_any_dead_time_and_any_light_give_a_probability(busy: float, ratio: float) -> None:
     assert _counts(busy / ratio, 1.0, ratio, n=3).max() <= max(1, 1 / ratio)
