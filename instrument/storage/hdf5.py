@@ -2,6 +2,7 @@
 
 import errno
 import math
+import os
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -178,6 +179,10 @@ class Group:
         """
         return cast("tuple[int, ...]", self._sound(name).shape)
 
+    def shape_of(self, name: str) -> tuple[int, ...]:
+        """The shape of a dataset of a file that is being written."""
+        return cast("tuple[int, ...]", self._numbers(name).shape)
+
     def _sound(self, name: str) -> Any:
         """A dataset of numbers that the file holds to its end, and that is no larger than what it holds."""
         dataset = self._numbers(name)
@@ -259,6 +264,11 @@ class Growing:
         self._handle[first : first + len(rows)] = rows
         self._handle.flush()
 
+    def replace(self, rows: NDArray[Any]) -> None:
+        """Make ``rows`` all that it holds."""
+        self._handle.resize(len(rows), axis=0)
+        self._handle[...] = rows
+
     def read(self) -> NDArray[Any]:
         """Give all rows."""
         return cast("NDArray[Any]", self._handle[...])
@@ -289,6 +299,7 @@ class File(Group):
         # Network drives often have no locks: that must not keep anybody from recording.
         locking = "best-effort" if locks else False
         super().__init__(_h5py.File(path, "r" if mode == "swmr" else mode, locking=locking, **keys))
+        self._descriptor = int(self._handle.id.get_vfd_handle())  # asked now: later HDF5 may be in a call that hangs
 
     def let_others_read(self) -> None:
         """From now on others may read while this file is written, and it stays readable at whatever moment the writer dies.
@@ -302,9 +313,25 @@ class File(Group):
         """Whether it is open."""
         return bool(self._handle)
 
+    def detach(self) -> None:
+        """Part from a file that can no longer be written, and leave it as it is.
+
+        HDF5 crashes when it closes a file after a write that failed, and looks without end for metadata that somebody has cut
+        off. So its descriptor is turned to the null device, which takes everything: nothing that HDF5 does afterwards, also at
+        the end of the process, reaches the file or can fail. No lock of HDF5 is needed, so a call that hangs is no obstacle.
+        """
+        if self._descriptor < 0:
+            return
+        nothing = os.open(os.devnull, os.O_RDWR)
+        try:
+            os.dup2(nothing, self._descriptor)
+        finally:
+            os.close(nothing)
+
     def close(self) -> None:
         """Close the file; allowed twice."""
         self._handle.close()
+        self._descriptor = -1
 
     def __enter__(self) -> Self:
         """Give the open file."""
