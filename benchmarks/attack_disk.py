@@ -1,12 +1,13 @@
 """Disks that fail in the middle of a run: what the command says, how long it takes, and whether every count is kept.
 
-``disk_full(moments, seed)`` gives a row for each moment of a run in real time at 20 kHz. The disk is a real limit of the system, set
-while the run goes on: ``RLIMIT_FSIZE``, whose signal Python ignores, refuses every write beyond a size, as a full disk does.
+``disk_full(moments, seed)`` gives a row for each moment of a run in real time at 20 kHz. The disk is a real limit of the system,
+set while the run goes on: ``RLIMIT_FSIZE``, whose signal Python ignores, refuses every write beyond a size, as a full disk does.
 ``cut(moments, seed)`` cuts the file instead, as another program might. Linux only (``prlimit``).
 """
 
 import os
 import random
+import re
 import subprocess
 import sys
 import tempfile
@@ -116,7 +117,9 @@ def _attacks(attack: Callable[[int, Path, random.Random], str], moments: int, se
         out, rows = bench.folder / "run.h5", list[Row]()
         for _ in range(moments):
             delay_s = rng.random() * (frames * 6 / 20_000 - 0.3)
-            with subprocess.Popen(bench.run_command(out), stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True) as run:
+            with subprocess.Popen(
+                bench.run_command(out), stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True
+            ) as run:
                 while not out.exists() and run.poll() is None:
                     clock.sleep_s(0.005)
                 clock.sleep_s(delay_s)
@@ -146,7 +149,13 @@ class Bench:
     def run_command(self, out: Path) -> Sequence[str]:
         """Give the command line of a run."""
         return self.command(
-            "run", "--bench", str(self.folder / "bench.toml"), "--plan", str(self.folder / "plan.toml"), "--out", str(out)
+            "run",
+            "--bench",
+            str(self.folder / "bench.toml"),
+            "--plan",
+            str(self.folder / "plan.toml"),
+            "--out",
+            str(out),
         )
 
     def run(self, out: Path) -> None:
@@ -163,11 +172,11 @@ class Bench:
         recover = self.command("recover", str(out))
         subprocess.run(recover, capture_output=True, timeout=120, check=False)
         values = values_of(out) if out.exists() else np.empty(0)
-        counted = said.split(" patterns were counted")[0].split()[-3:-2] if "patterns were counted" in said else ["0"]
+        counted = re.search(r"(\d+) of \d+ patterns were counted", said)
         for left in self.folder.glob("*run.h5*"):
             left.unlink()
         exact = bool(np.array_equal(values, self.values[: len(values)]))
-        patterns = int(counted[0])
+        patterns = int(counted[1]) if counted else 0
         return Row(moment, exit_code, said.count("kinopix: "), ended_s, patterns, len(values), exact, said)
 
 

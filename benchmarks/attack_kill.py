@@ -1,7 +1,7 @@
 """``kill -9`` at random moments of a run in real time at 20 kHz: what the file holds, against what the counter had given.
 
-``killed(moments, seed)`` gives a row for each moment. The run is a script on the simulated bench that notes after each block, on a
-pipe, how many bins the counter has given; the kill falls anywhere, also between two of HDF5's writes.
+``killed(moments, seed)`` gives a row for each moment. The run is a script on the simulated bench that notes after each block, on
+a pipe, how many bins the counter has given; the kill falls anywhere, also between two of HDF5's writes.
 """
 
 import random
@@ -83,7 +83,9 @@ def killed(moments: int, seed: int) -> list[Row]:
                 given = int(pipe.readline())
                 clock.sleep_s(moment_s)
                 run.send_signal(signal.SIGKILL)
-                given = max([given, *(int(line) for line in pipe.read().splitlines(keepends=True) if line.endswith(b"\n"))])
+                given = max(
+                    [given, *(int(line) for line in pipe.read().splitlines(keepends=True) if line.endswith(b"\n"))]
+                )
             rows.append(Row(moment_s, given, *_kept(out)))
             out.unlink(missing_ok=True)
     return rows

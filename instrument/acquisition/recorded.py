@@ -19,8 +19,8 @@ def check_recording(path: str | Path) -> tuple[CheckReport, int]:
     """Verify a recording: structure, checksums, values against raw counts, timing audit, completeness. It is not changed.
 
     Returns:
-        The checks, and the command's exit code for them: 0 where all is well; 3 for numbers that are sound but not a whole, good run;
-        2 for numbers that cannot be trusted.
+        The checks, and the command's exit code for them: 0 where all is well; 3 for numbers that are sound but not a whole,
+        good run; 2 for numbers that cannot be trusted.
 
     Raises:
         InputError: no recording, or one that cannot be read at all.
@@ -66,9 +66,7 @@ def _recount(recording: Recording, raw: RawCounts) -> Check:
         return Check(name, "warning", "no raw counts are kept")
     patterns = recording.plan.patterns
     try:
-        again, edges = recount(
-            raw.counts, raw.edge_time_s, picture_time_s=recording.picture_time_s, patterns=patterns
-        )
+        again, edges = recount(raw.counts, raw.edge_time_s, picture_time_s=recording.picture_time_s, patterns=patterns)
     except ProtocolViolation as error:
         return Check(name, "error", str(error), error)
     values = recording.values.ravel()
@@ -80,9 +78,9 @@ def _recount(recording: Recording, raw: RawCounts) -> Check:
     if stored > len(again) + 1:
         wrong = np.append(wrong, len(again))
     if len(wrong):
-        saw = f"{len(wrong)} of {stored} values are not what the {len(raw.counts)} raw counts give, the first is pattern {wrong[0]}"
-        error = InputError(saw=saw, expected="the counts of the run", remedy="take the file from a backup")
-        return Check(name, "error", saw, error)
+        saw = f"{len(wrong)} of {stored} values that {len(raw.counts)} raw counts do not give, the first is pattern {wrong[0]}"
+        other = InputError(saw=saw, expected="the counts of the run", remedy="take the file from a backup")
+        return Check(name, "error", saw, other)
     return Check(name, "good", f"{compared + 1} values counted again from {len(raw.counts)} raw counts, all the same")
 
 

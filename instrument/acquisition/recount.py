@@ -1,12 +1,16 @@
 """The values of a recording, counted again from its raw counts."""
 
+from itertools import pairwise
+
 import numpy as np
 
 from instrument.acquisition.alignment import AlignedBlock, Aligner
 from protocols import CountBlock, Floats
 
 
-def recount(raw_counts: Floats, raw_edge_time_s: Floats, *, picture_time_s: float, patterns: int) -> tuple[Floats, Floats]:
+def recount(
+    raw_counts: Floats, raw_edge_time_s: Floats, *, picture_time_s: float, patterns: int
+) -> tuple[Floats, Floats]:
     """Put raw counts in their places again, as the run did.
 
     The edge that closed the last bin of a run is not recorded; it is taken to have come in time.
@@ -28,7 +32,7 @@ def recount(raw_counts: Floats, raw_edge_time_s: Floats, *, picture_time_s: floa
     bounds = [0, *(np.flatnonzero(np.diff(timed)) + 1).tolist(), len(raw_counts)]
     placed = [
         aligner.place(_block(first, raw_counts[first:end], raw_edge_time_s[first : end + 1], picture_time_s))
-        for first, end in zip(bounds[:-1], bounds[1:], strict=True)
+        for first, end in pairwise(bounds)
         if end > first
     ]
     if not placed:

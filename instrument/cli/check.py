@@ -22,8 +22,8 @@ def check(
     """Check a recording (kinopix check run.h5), or a plan before its run (kinopix check --bench ... --plan ...).
 
     A recording is held against its checksums, its raw counts and its plan: 0 where all is well, 3 where it is sound but
-    not whole, 2 where it cannot be trusted. A plan is held against the bench: timing, memory, count rate, travel; 2 where it cannot
-    be carried out. Nothing moves, nothing is shown, nothing is changed.
+    not whole, 2 where it cannot be trusted. A plan is held against the bench: timing, memory, count rate, travel; 2 where
+    it cannot be carried out. Nothing moves, nothing is shown, nothing is changed.
     """
     from instrument.plan import Plan
     from instrument.session import Instrument, check_recording

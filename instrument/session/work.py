@@ -131,9 +131,9 @@ def carry_out(job: Job, publish: Callable[[Event], None], abort: AbortRequest) -
             host.find(f"{left} was left behind by a program that ended early, and is removed")
     except BaseException as early:  # noqa: BLE001 - it is told to whoever waits
         abort.close()
-        error = _at_rest(job, host, early, None)
-        error.add_note(kept := "nothing was recorded")
-        return Ending(error, kept)
+        ended_by = _at_rest(job, host, early, None)
+        ended_by.add_note(kept := "nothing was recorded")
+        return Ending(ended_by, kept)
     outcome = acquire(
         job.plan,
         timing,
@@ -207,7 +207,10 @@ def _saved(job: Job, stored: int, path: Path, rescue: Rescue) -> str:
     if rescue.spill is None:
         return f"{counted}, and had been written to {path}; close it with `kinopix recover {path}`"
     beside = "" if rescue.spill.parent == path.parent else f" --spill {rescue.spill}"
-    return f"{counted}; {before}, the others are in {rescue.spill}; join them with `kinopix recover {path}{beside}`"
+    doubt = f" (which may not survive a power cut: {rescue.doubt})" if rescue.doubt else ""
+    return (
+        f"{counted}; {before}, the others are in {rescue.spill}{doubt}; join them with `kinopix recover {path}{beside}`"
+    )
 
 
 def _at_rest(job: Job, host: _Host, broken_by: BaseException, motion: Motion | None) -> BaseException:
@@ -226,9 +229,7 @@ def _at_rest(job: Job, host: _Host, broken_by: BaseException, motion: Motion | N
     return error
 
 
-def _finished(
-    job: Job, keeper: Keeper, stored: int, outcome: Outcome, error: BaseException | None
-) -> Rescue | None:
+def _finished(job: Job, keeper: Keeper, stored: int, outcome: Outcome, error: BaseException | None) -> Rescue | None:
     """Let the keeper finish the recording; give what became of it if the disk did not take it."""
     per_frame, scene = job.plan.patterns_per_frame, job.devices.scene
     frames = -(-stored // per_frame)

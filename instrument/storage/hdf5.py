@@ -36,6 +36,10 @@ _FORMAT = ("v110", "v110")
 """File format of HDF5 1.10 (2016), the oldest that can be read while it is written (SWMR)."""
 
 
+_LEFT_OPEN: Final = list[Any]()
+"""Objects of files that failed, which are never closed."""
+
+
 class InUse(OSError):
     """Another program has the file open for writing, and lets nobody read."""
 
@@ -98,19 +102,20 @@ class Group:
             ValueError: a text that is too long.
         """
         dataset = self._handle[name]
+        content: Any = _stored(value)
         if isinstance(value, str):
-            text, room = value.encode(), int(dataset.dtype.itemsize)
-            if len(text) > room:
-                raise ValueError(f"{len(text)} bytes for {name}, which has room for {room}")
-            dataset[...] = text
-        else:
-            dataset[...] = _stored(value)
-        dataset.flush()
+            content, room = value.encode(), int(dataset.dtype.itemsize)
+            if len(content) > room:
+                raise ValueError(f"{len(content)} bytes for {name}, which has room for {room}")
+        with _writing(dataset):
+            dataset[...] = content
+            dataset.flush()
 
     def set_attribute(self, name: str, value: Value) -> None:
         """Overwrite an attribute of this group with a value of the same shape and type."""
-        self._handle.attrs.modify(name, _stored(value))
-        self._handle.file.flush()
+        with _writing(self._handle):
+            self._handle.attrs.modify(name, _stored(value))
+            self._handle.file.flush()
 
     def __contains__(self, name: str) -> bool:
         """Whether a dataset or group of that path is there.
@@ -260,9 +265,10 @@ class Growing:
 
     def write(self, first: int, rows: NDArray[Any]) -> None:
         """Write ``rows`` from row ``first`` on, growing as needed, and hand them to the operating system."""
-        self._handle.resize(max(len(self._handle), first + len(rows)), axis=0)
-        self._handle[first : first + len(rows)] = rows
-        self._handle.flush()
+        with _writing(self._handle):
+            self._handle.resize(max(len(self._handle), first + len(rows)), axis=0)
+            self._handle[first : first + len(rows)] = rows
+            self._handle.flush()
 
     def replace(self, rows: NDArray[Any]) -> None:
         """Make ``rows`` all that it holds."""
@@ -322,11 +328,11 @@ class File(Group):
         """
         if self._descriptor < 0:
             return
-        nothing = os.open(os.devnull, os.O_RDWR)
-        try:
-            os.dup2(nothing, self._descriptor)
-        finally:
-            os.close(nothing)
+        _detach(self._descriptor)
+
+    def leave_open(self) -> None:
+        """Never close this file: HDF5 failed with it, and may crash."""
+        _LEFT_OPEN.append(self._handle)
 
     def close(self) -> None:
         """Close the file; allowed twice."""
@@ -342,6 +348,25 @@ class File(Group):
     ) -> None:
         """Close it."""
         self.close()
+
+
+@contextmanager
+def _writing(handle: Any) -> Generator[None]:
+    """Detach the file at once where a write fails: closing any object of it, which Python does by itself, may crash HDF5."""
+    try:
+        yield
+    except (OSError, RuntimeError):
+        _LEFT_OPEN.append(handle)
+        _detach(int(handle.file.id.get_vfd_handle()))
+        raise
+
+
+def _detach(descriptor: int) -> None:
+    nothing = os.open(os.devnull, os.O_RDWR)
+    try:
+        os.dup2(nothing, descriptor)
+    finally:
+        os.close(nothing)
 
 
 def is_hdf5(path: Path) -> bool:

@@ -2,8 +2,8 @@
 
 The run hands over each block and goes on. One thread writes the blocks into the recording, another one makes the file survive a
 power cut (``fsync``) every half second. A block is held in memory until both have been done. If the disk refuses, or does not
-answer for ``PATIENCE_S``, the run is told, and ends; HDF5 is not called again then, and every block still held, which is all that may
-not be on the disk, goes to a spill file.
+answer for ``PATIENCE_S``, the run is told, and ends; HDF5 is not called again then, and every block still held, which is all
+that may not be on the disk, goes to a spill file.
 """
 
 import time
@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from threading import Condition, Thread
 from typing import Final
@@ -26,13 +27,13 @@ from protocols import CountBlock, Floats, Mask, Truth
 SYNC_S: Final = 0.5
 """Time from one ``fsync`` to the next: a power cut loses no more than that, and what one ``fsync`` takes."""
 
-PATIENCE_S: Final = 3.0
+PATIENCE_S: Final = 2.5
 """So long the disk may take for one block, or for one ``fsync``, before the run ends."""
 
 MOST_BYTES: Final = 64 << 20
 """Counts that may be held in memory: three minutes at 20 kHz. A run on virtual time waits for the disk there."""
 
-_SPILL_S: Final = 0.6
+_SPILL_S: Final = 0.5
 """So long a place may take to be spilled to, before the next one is tried."""
 
 
@@ -62,12 +63,15 @@ class Rescue:
     spill: Path | None
     """File with what came after them; None where there was nothing more, or where it could be written nowhere."""
 
+    doubt: str = ""
+    """Why that file may not survive a power cut; empty where it does."""
+
     lost: str = ""
-    """Why it could be written nowhere; empty where it was, or had not to be."""
+    """Why what came after could be written nowhere; empty where it was, or had not to be."""
 
 
 class Keeper:
-    """Keeps what a run counts. All methods are called by the run's thread; none but ``finish`` and ``discard`` waits for the disk."""
+    """Keeps what a run counts. The run's thread calls it; only ``finish`` and ``discard`` wait for the disk."""
 
     def __init__(
         self,
@@ -117,7 +121,9 @@ class Keeper:
         )
         self._raw += len(block)
         opening_edge_s = None if block.opening_edge_s is None else records[0].numbers
-        mine = replace(block, counts=block.counts.copy(), opening_edge_s=opening_edge_s)  # its buffers may be used again
+        mine = replace(
+            block, counts=block.counts.copy(), opening_edge_s=opening_edge_s
+        )  # its buffers may be used again
         self._put(_Piece(lambda writer: writer.append_raw(mine), records))
 
     def placed(self, values: Floats, edge_time_s: Floats | None) -> None:
@@ -213,7 +219,7 @@ class Keeper:
                     return
                 piece = self._waiting[0]
                 self._begun["write"] = time.monotonic()
-            if not self._done("write", lambda piece=piece: piece.write(self.writer)):
+            if not self._done("write", partial(piece.write, self.writer)):
                 return
             with self._changed:
                 self._unsynced.append(self._waiting.popleft())
@@ -266,29 +272,45 @@ class Keeper:
             records = [record for piece in (*self._unsynced, *self._waiting) for record in piece.records]
         kept = min((record.first for record in records if record.what == layout.VALUES), default=self._patterns)
         if not records:
-            return Rescue(error, kept, None, lost)
+            return Rescue(error, kept, None, lost=lost)
+        return self._spilled(Rescue(error, kept, None), records)
+
+    def _spilled(self, rescue: Rescue, records: list[Record]) -> Rescue:
+        """Spill to the first place that takes it for good, or else to the first one that takes it at all."""
         refused: list[str] = []
+        doubtful: list[tuple[Path, str]] = []
         for place in places_for(self.writer.path):
-            why = _spilled(place, self.writer.run, records)
+            written, why = self._try(place, records)
             if not why:
-                return Rescue(error, kept, place, lost)
+                for other, _ in doubtful:
+                    other.unlink(missing_ok=True)
+                return replace(rescue, spill=place)
+            if written:
+                doubtful.append((place, why))
             refused.append(f"{place.parent}: {why}")
-        return Rescue(error, kept, None, "; ".join(refused))
+        for other, _ in doubtful[1:]:
+            other.unlink(missing_ok=True)
+        if doubtful:
+            place, why = doubtful[0]
+            return replace(rescue, spill=place, doubt=why)
+        return replace(rescue, lost="; ".join(refused))
 
+    def _try(self, place: Path, records: list[Record]) -> tuple[bool, str]:
+        """Spill to a place within ``_SPILL_S``; give whether the file is whole, and why it may not last."""
+        written: list[bool] = []
+        said: list[str] = []
 
-def _spilled(place: Path, run: str, records: list[Record]) -> str:
-    """Write a spill file within ``_SPILL_S``; give why that did not succeed."""
-    said: list[str] = []
+        def spill() -> None:
+            try:
+                write_spill(place, self.writer.run, records)
+                written.append(True)
+                self.writer.sync_other(place)
+            except OSError as error:
+                said.append(str(error))
+            else:
+                said.append("")
 
-    def spill() -> None:
-        try:
-            write_spill(place, run, records)
-        except OSError as error:
-            said.append(str(error))
-        else:
-            said.append("")
-
-    thread = Thread(target=spill, name="kinopix-spill", daemon=True)
-    thread.start()
-    thread.join(_SPILL_S)
-    return said[0] if said else f"no answer for {_SPILL_S:g} s"
+        thread = Thread(target=spill, name="kinopix-spill", daemon=True)
+        thread.start()
+        thread.join(_SPILL_S)
+        return bool(written), said[0] if said else f"no answer for {_SPILL_S:g} s"

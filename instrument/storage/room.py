@@ -46,7 +46,9 @@ class Room:
             OSError: it cannot: the disk is full (``ENOSPC``), or files may not be so long (``EFBIG``).
         """
         if end > longest_file():
-            raise OSError(errno.EFBIG, f"{os.strerror(errno.EFBIG)}: the system allows files of {longest_file():.0f} bytes")
+            raise OSError(
+                errno.EFBIG, f"{os.strerror(errno.EFBIG)}: the system allows files of {longest_file():.0f} bytes"
+            )
         if end <= self._taken:
             return
         ahead = end + AHEAD

@@ -73,7 +73,7 @@ def places_for(recording: Path) -> list[Path]:
 
 
 def write_spill(path: Path, run: str, records: Iterable[Record]) -> None:
-    """Write a spill file and hand it to the disk. A file that could not be written whole is removed.
+    """Write a spill file and hand it to the system. A file that could not be written whole is removed.
 
     Raises:
         OSError: it cannot be written.
@@ -89,8 +89,6 @@ def write_spill(path: Path, run: str, records: Iterable[Record]) -> None:
                     head["text"] = record.text
                 out.write(_line({**head, "crc32": zlib.crc32(raw or record.text.encode())}))
                 out.write(raw)
-            out.flush()
-            os.fsync(out.fileno())
     except OSError:
         path.unlink(missing_ok=True)
         raise
@@ -119,7 +117,9 @@ def read_spill(path: Path) -> Spill:
             return Spill(path, str(head.get("run")), records, path.stat().st_size - good)
     except OSError as error:
         raise InputError(
-            saw=f"{path}, which cannot be read: {error}", expected="a spill file", remedy="check its name and permissions"
+            saw=f"{path}, which cannot be read: {error}",
+            expected="a spill file",
+            remedy="check its name and permissions",
         ) from error
 
 

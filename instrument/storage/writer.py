@@ -94,6 +94,7 @@ class RecordingWriter:
         self._overwrite = overwrite
         self._sync = sync
         self._broken = False  # whether HDF5 did not come well out of a call
+        self._length = 0
         self._counts_photons: bool | None = None
         self._placed = False
         self.name_taken: InputError | None = None
@@ -107,34 +108,52 @@ class RecordingWriter:
         try:
             refuse_while_made(path, but=self._part.path)  # another run may have begun at the same moment
             self._part.unlock()
-            file = File(self._part.path, "w")
-            try:
-                entry = file.group("entry", "NXentry", default="data", complete=False)
-                file.set_attributes(NX_class="NXroot", default="entry", file_name=path.name, creator=PROGRAM)
-                entry.add("title", title or path.stem)
-                entry.add(layout.PLAN, plan.model_dump_json())
-                entry.add(layout.BENCH, bench)
-                self.run = _add_origin(entry, devices or {})
-                """Which run it is, as its spill file names it."""
-                entry.add(layout.PICTURE_TIME_S, picture_time_s, units="s")
-                entry.add(layout.DEAD_TIME_S, dead_time_s, units="s")
-                entry.add(layout.DARK_RATE_HZ, dark_rate_hz, units="Hz")
-                _add_what_grows(entry, self._patterns)
-                _add_what_comes_last(entry, plan.image_size if with_truth else None)
-                self._open = _Open(file, self._patterns)
-                self._room = Room(self._part.path, self._part.fileno())
-                self._length = 0
-                self._take_room(0)
-            except BaseException:
-                file.detach()
-                file.close()
-                raise
+            self._open, self.run = self._made(
+                plan,
+                {
+                    layout.PICTURE_TIME_S: (picture_time_s, "s"),
+                    layout.DEAD_TIME_S: (dead_time_s, "s"),
+                    layout.DARK_RATE_HZ: (dark_rate_hz, "Hz"),
+                },
+                {"title": title or path.stem, layout.PLAN: plan.model_dump_json(), layout.BENCH: bench},
+                devices or {},
+                with_truth=with_truth,
+            )
+            """Which run it is, as its spill file names it."""
+            self._room = Room(self._part.path, self._part.fileno())
+            self._take_room(0)
             self._part.let_others_read()
         except (OSError, RuntimeError) as error:  # HDF5 raises either for a disk that is full
             self._part.discard()
             raise cannot_be_written(path, error) from error
         except BaseException:
             self._part.discard()
+            raise
+
+    def _made(
+        self,
+        plan: Plan,
+        figures: Mapping[str, tuple[float, str]],
+        texts: Mapping[str, str],
+        devices: Mapping[RoleName, DeviceIdentity],
+        *,
+        with_truth: bool,
+    ) -> tuple["_Open", str]:
+        """Make the file with all that is known now; give it, and the name of the run."""
+        file = File(self._part.path, "w")
+        try:
+            entry = file.group("entry", "NXentry", default="data", complete=False)
+            file.set_attributes(NX_class="NXroot", default="entry", file_name=self.path.name, creator=PROGRAM)
+            entry.add_all(texts)
+            run = _add_origin(entry, devices)
+            for name, (figure, unit) in figures.items():
+                entry.add(name, figure, units=unit)
+            _add_what_grows(entry, self._patterns)
+            _add_what_comes_last(entry, plan.image_size if with_truth else None)
+            return _Open(file, self._patterns), run
+        except BaseException:
+            file.detach()
+            file.close()
             raise
 
     def _in_place(self) -> "_Open":
@@ -189,8 +208,16 @@ class RecordingWriter:
         """
         if self._part.fileno() >= 0:
             self._sync(self._part.fileno())
-            return
-        with self._part.path.open("rb+") as file:  # Windows
+        else:  # Windows
+            self.sync_other(self._part.path)
+
+    def sync_other(self, path: Path) -> None:
+        """Make sure that another file of this run survives a power cut.
+
+        Raises:
+            OSError: the disk failed.
+        """
+        with path.open("rb+") as file:
             self._sync(file.fileno())
 
     def abandon(self, *, hangs: bool = False, keep: bool = True) -> None:
@@ -204,9 +231,12 @@ class RecordingWriter:
             OSError: a file without a block cannot be put in its place, where it is looked for together with its spilled counts.
         """
         self._open.file.detach()
-        if not hangs:
-            with suppress(Exception):
+        if self._broken or hangs:
+            self._open.file.leave_open()
+        else:
+            with suppress(OSError, RuntimeError):
                 self._open.file.close()
+        if not hangs:
             with suppress(OSError):
                 self._give_room_back()
         try:

@@ -6,6 +6,7 @@ from pathlib import Path
 from threading import Event as Flag
 from threading import Thread, get_ident
 
+import numpy as np
 import pytest
 
 from instrument.acquisition import CheckReport
@@ -233,7 +234,9 @@ def test_an_error_of_any_kind_tells_how_much_is_kept(tmp_path: Path, monkeypatch
     with Instrument.from_toml(bench_toml(tmp_path)) as bench:
         undisturbed = bench.run(LONG, tmp_path / "undisturbed.h5")
         monkeypatch.setattr(RecordingWriter, "append", appending)
-        with pytest.raises(StorageFailed, match=r"run.h5, which could not be written: \[Errno 28\] No space left") as caught:
+        with pytest.raises(
+            StorageFailed, match=r"run.h5, which could not be written: \[Errno 28\] No space left"
+        ) as caught:
             bench.run(LONG, path)
     assert caught.value.exit_code == 3
     (spill,) = tmp_path.glob("run.h5.*.spill")
