@@ -31,7 +31,9 @@ def test_blocks_are_allocated_ahead_and_the_length_stays(tmp_path: Path) -> None
 
 
 @linux
-def test_no_more_is_taken_than_is_needed_where_there_is_no_more(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_more_is_taken_than_is_needed_where_there_is_no_more(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     asked: list[int] = []
 
     def fallocate(_file: int, mode: int, offset: int, length: int) -> int:
