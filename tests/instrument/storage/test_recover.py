@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from instrument.plan import Plan
-from instrument.storage import RecordingWriter, layout, open_recording, recover, recording_info
+from instrument.storage import RecordingWriter, layout, open_recording, recording_info, recover
 from instrument.storage.spill import Record, write_spill
 from protocols import CountBlock, InputError
 from tests.support import plain_hdf5 as plain
@@ -90,7 +90,7 @@ def test_counts_between_recording_and_spill_file_that_are_missing_change_nothing
     path, run = left_behind(tmp_path)
     spill, before = tmp_path / "run.h5.1.spill", path.read_bytes()
     write_spill(spill, run, spilled(301, 600))
-    with pytest.raises(InputError, match="which holds 300 numbers of .*, and spilled ones from 301 on"):
+    with pytest.raises(InputError, match=r"which holds 300 numbers of .*, and spilled ones from 301 on"):
         recover(path)
     assert path.read_bytes() == before
     assert sorted(tmp_path.iterdir()) == [path, spill]
