@@ -53,7 +53,7 @@ class Row:
     """Bins that the counter had given."""
 
     kept: int
-    """Patterns that the file holds, as it was left; -1 where it does not open."""
+    """Patterns that the file holds, as it was left; 0 where there is none yet, -1 where it does not open."""
 
     recovered: int
     """Patterns after ``recover``."""
@@ -92,6 +92,8 @@ def killed(moments: int, seed: int) -> list[Row]:
 
 
 def _kept(out: Path) -> tuple[int, int]:
+    if not out.exists():  # the first block was on its way
+        return 0, 0
     try:
         kept = _measured(out)
         done = recover(out)

@@ -35,16 +35,20 @@ def run(
 ) -> None:
     """Acquire: move the stage, play the patterns, count the light, write the recording while it runs."""
     from instrument.plan import Plan
-    from instrument.storage import StorageFailed
+    from instrument.storage import hdf5_has_failed
     from instrument.views import OUT, say, show_error, timing_table, warn
+    from protocols import KinopixError
 
     try:
         recording = record(bench, Plan.from_toml(plan), out, overwrite=overwrite, live=live)
-    except StorageFailed as failed:
-        # The devices are safe. HDF5 may be in a call that does not come back, or crash when it ends: it is not let end.
-        show_error(failed)
+    except (KinopixError, typer.Exit) as error:
+        if not hdf5_has_failed():
+            raise
+        # All is told and the devices are safe. HDF5 may crash, or wait for ever, when it ends: it is not let end.
+        if isinstance(error, KinopixError):
+            show_error(error)
         sys.stderr.flush()
-        os._exit(failed.exit_code)
+        os._exit(error.exit_code)
     if recording.timing is None:
         return
     if as_json:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import Final
@@ -15,7 +16,7 @@ from instrument.session.aborting import AbortRequest
 from instrument.session.errors import RunAborted
 from instrument.session.events import BlockEvent, Event, FindingEvent, PhaseEvent, UploadEvent
 from instrument.session.safety import make_safe, stop_at_once
-from instrument.storage import Keeper, RecordingWriter, Rescue
+from instrument.storage import Keeper, RecordingWriter, Rescue, made_in_time
 from protocols import CountBlock, ModulatorTiming, Motion, PatternSequence, SafeStateFailed
 
 _FINDINGS: Final = 20  # patterns told one by one; all are in the timing report
@@ -53,7 +54,7 @@ class Ending:
 
 
 class _Host:
-    """``acquisition.Host``: puts blocks into the file first, then tells whoever listens; ends the run that is aborted."""
+    """``acquisition.Host``: hands blocks over to be kept first, then tells whoever listens; ends the run that is aborted."""
 
     def __init__(self, job: Job, publish: Callable[[Event], None], abort: AbortRequest) -> None:
         self._job = job
@@ -154,7 +155,8 @@ def carry_out(job: Job, publish: Callable[[Event], None], abort: AbortRequest) -
 
 def _writer(job: Job, timing: ModulatorTiming) -> RecordingWriter:
     limits = job.devices.counter.limits
-    return RecordingWriter(
+    make = partial(
+        RecordingWriter,
         job.path,
         job.plan,
         picture_time_s=timing.picture_time_us * 1e-6,
@@ -165,6 +167,7 @@ def _writer(job: Job, timing: ModulatorTiming) -> RecordingWriter:
         with_truth=job.devices.scene is not None,
         overwrite=job.overwrite,
     )
+    return made_in_time(job.path, make)
 
 
 def _stored(job: Job, host: _Host, keeper: Keeper, outcome: Outcome, error: BaseException | None) -> Ending:

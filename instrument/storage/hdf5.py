@@ -350,6 +350,16 @@ class File(Group):
         self.close()
 
 
+def hdf5_has_failed() -> bool:
+    """Whether HDF5 failed with a file of this process, or does not come back from it: it may crash when the process ends."""
+    return bool(_LEFT_OPEN)
+
+
+def note_that_hdf5_hangs(call: object) -> None:
+    """Take note that HDF5 does not come back from a call on another thread."""
+    _LEFT_OPEN.append(call)
+
+
 @contextmanager
 def _writing(handle: Any) -> Generator[None]:
     """Detach the file at once where a write fails: closing any object of it, which Python does by itself, may crash HDF5."""

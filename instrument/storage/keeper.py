@@ -20,6 +20,7 @@ import numpy as np
 
 from instrument.storage import layout
 from instrument.storage.failure import StorageFailed, failed, no_answer
+from instrument.storage.hdf5 import note_that_hdf5_hangs
 from instrument.storage.spill import Record, places_for, write_spill
 from instrument.storage.writer import RecordingWriter
 from protocols import CountBlock, Floats, Mask, Truth
@@ -68,6 +69,32 @@ class Rescue:
 
     lost: str = ""
     """Why what came after could be written nowhere; empty where it was, or had not to be."""
+
+
+def made_in_time(path: Path, make: Callable[[], RecordingWriter], patience_s: float = PATIENCE_S) -> RecordingWriter:
+    """Make a writer on a thread of its own, as the disk may hang there too.
+
+    Raises:
+        StorageFailed: the disk does not answer.
+        InputError: as ``RecordingWriter``.
+    """
+    made: list[RecordingWriter | BaseException] = []
+
+    def work() -> None:
+        try:
+            made.append(make())
+        except BaseException as error:  # noqa: BLE001 - it is raised below
+            made.append(error)
+
+    thread = Thread(target=work, name="kinopix-maker", daemon=True)
+    thread.start()
+    thread.join(patience_s)
+    if not made:
+        note_that_hdf5_hangs(thread)
+        raise no_answer(path, patience_s)
+    if isinstance(made[0], BaseException):
+        raise made[0]
+    return made[0]
 
 
 class Keeper:

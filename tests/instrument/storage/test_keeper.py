@@ -11,9 +11,17 @@ import numpy as np
 import pytest
 
 from instrument.plan import Plan
-from instrument.storage import Keeper, RecordingWriter, Rescue, StorageFailed, open_recording, recover
+from instrument.storage import (
+    Keeper,
+    RecordingWriter,
+    Rescue,
+    StorageFailed,
+    made_in_time,
+    open_recording,
+    recover,
+)
 from instrument.storage.spill import read_spill
-from protocols import CountBlock
+from protocols import CountBlock, InputError
 from tests.support import plain_hdf5 as plain
 
 PLAN = Plan(frames=100, image_size=8)
@@ -276,3 +284,25 @@ def test_a_spill_file_is_read_until_its_first_byte_that_is_wrong(tmp_path: Path)
     place = raw.index(VALUES[:1].tobytes())  # the first raw count: its record and all after it are left out
     spill.write_bytes(raw[:place] + bytes([raw[place] ^ 1]) + raw[place + 1 :])
     assert len(read_spill(spill).records) == 1
+
+
+def test_a_disk_that_hangs_while_the_file_is_made_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    let_go, noted = Event(), list[object]()
+    monkeypatch.setattr("instrument.storage.hdf5._LEFT_OPEN", noted)
+
+    def make() -> RecordingWriter:
+        let_go.wait(20)
+        raise OSError
+
+    with pytest.raises(StorageFailed, match=r"has not answered for 0\.1 s"):
+        made_in_time(tmp_path / "run.h5", make, 0.1)
+    let_go.set()
+    assert len(noted) == 1
+
+
+def test_what_forbids_a_file_is_raised_as_it_is(tmp_path: Path) -> None:
+    def make() -> RecordingWriter:
+        return RecordingWriter(tmp_path / "missing" / "run.h5", PLAN, picture_time_s=50e-6)
+
+    with pytest.raises(InputError, match="no folder"):
+        made_in_time(tmp_path / "run.h5", make)
