@@ -37,11 +37,11 @@ def failed(path: Path, error: BaseException) -> StorageFailed:
     return StorageFailed(path, f"which could not be written: {why}", "make room on the disk or look at its health")
 
 
-def cut_off(path: Path, size: int, written: int) -> StorageFailed:
-    """Make the error for a file that is shorter than what was written into it."""
+def cut_off(path: Path, size: int) -> StorageFailed:
+    """Make the error for a file that lost a part of what was written into it; it has ``size`` bytes now."""
     return StorageFailed(
         path,
-        f"which another program has cut to {size} bytes while {written} were recorded",
+        f"which another program has cut while it was recorded: it has {size} bytes now",
         "find the program that wrote into the folder, and let it leave recordings alone",
         cut=True,
     )

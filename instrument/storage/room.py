@@ -21,6 +21,9 @@ if sys.platform != "win32":
 AHEAD: Final = 8 << 20
 """Bytes that are taken at a time: twenty seconds of counts at 20 kHz, and what the end of a run needs."""
 
+_SLACK: Final = 1 << 18
+"""By so much a file system may change its mind on the blocks of a file; a cut frees all that were taken ahead."""
+
 _KEEP_SIZE: Final = 1  # FALLOC_FL_KEEP_SIZE of linux/falloc.h
 _CANNOT: Final = {errno.EOPNOTSUPP, errno.ENOSYS, errno.EINVAL}
 
@@ -38,6 +41,7 @@ class Room:
         self._folder = path.parent
         self._file = file
         self._taken = 0
+        self._counted = False  # whether the file system tells of blocks that are taken
 
     def take(self, end: int) -> None:
         """Make sure that the file can grow to ``end`` bytes.
@@ -57,12 +61,17 @@ class Room:
         except OSError:
             _allocate(self._file, ahead := end, self._folder)
         self._taken = ahead
+        self._counted = _allocated_bytes(self._file) >= ahead
+
+    def lost(self) -> bool:
+        """Whether blocks that were taken are gone: another program has cut the file, even if it is as long again since."""
+        return self._counted and _allocated_bytes(self._file) < self._taken - _SLACK
 
     def give_back(self) -> None:
         """Give back what was taken beyond the end of the file."""
         if sys.platform == "linux" and self._taken:
             os.ftruncate(self._file, os.fstat(self._file).st_size)
-            self._taken = 0
+            self._taken, self._counted = 0, False
 
 
 def longest_file() -> float:
@@ -71,6 +80,10 @@ def longest_file() -> float:
         return math.inf
     limit = resource.getrlimit(resource.RLIMIT_FSIZE)[0]
     return math.inf if limit == resource.RLIM_INFINITY else limit
+
+
+def _allocated_bytes(file: int) -> int:
+    return 512 * getattr(os.fstat(file), "st_blocks", 0)
 
 
 def _allocate(file: int, end: int, folder: Path) -> None:

@@ -177,8 +177,8 @@ class RecordingWriter:
         if self._part.fileno() < 0:  # Windows: nobody else may write it
             return
         size = os.fstat(self._part.fileno()).st_size
-        if size < self._length:
-            raise cut_off(self.path, size, self._length)
+        if size < self._length or self._room.lost():
+            raise cut_off(self.path, size)
         self._room.take(size + 8 * numbers + _MOST_GROWTH)
 
     @contextmanager

@@ -19,7 +19,7 @@ def test_a_full_disk_ends_the_run_and_costs_no_count() -> None:
 def test_a_file_that_is_cut_ends_the_run_with_one_paragraph() -> None:
     (row,) = cut(1, seed=1, frames=4000)
     assert (row.exit_code, row.paragraphs) == (3, 1)
-    assert "another program has cut to" in row.said
+    assert "another program has cut while" in row.said
     assert row.ended_s < 5
 
 

@@ -25,7 +25,14 @@ def test_blocks_are_allocated_ahead_and_the_length_stays(tmp_path: Path) -> None
         status = path.stat()
         assert status.st_size == 100
         assert 512 * status.st_blocks >= AHEAD + 1000
+        assert not taken.lost()
+        os.truncate(path, 50)
+        os.truncate(path, 100)
+        assert taken.lost()
+        taken.take(AHEAD + 2000)
+        assert not taken.lost()
         taken.give_back()
+        assert not taken.lost()
         assert path.stat().st_size == 100
         assert 512 * path.stat().st_blocks < 1 << 16
 
