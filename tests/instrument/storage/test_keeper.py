@@ -4,7 +4,7 @@ import errno
 import os
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from threading import Event
 
@@ -21,13 +21,13 @@ from instrument.storage import (
     open_recording,
     recover,
 )
-from instrument.storage.spill import read_spill
-from protocols import CountBlock, InputError
+from instrument.storage.spill import Record, read_spill, write_spill
+from protocols import CountBlock, Floats, InputError
 from tests.support import plain_hdf5 as plain
 
 PLAN = Plan(frames=100, image_size=8)
 VALUES = np.arange(600, dtype=np.float64) + 0.25
-EDGES = np.arange(600) * 50e-6
+EDGES: Floats = np.arange(600, dtype=np.float64) * 50e-6
 
 
 def keeper(
@@ -229,15 +229,12 @@ def test_counts_go_to_the_temporary_folder_where_the_folder_takes_none(
         if next(failing, False):
             raise OSError(errno.EIO, "x")
 
-    def write(place: Path, run: str, records: object) -> None:
+    def write(place: Path, run: str, records: Iterable[Record]) -> None:
         if place.parent != elsewhere:
             raise OSError(errno.ENOSPC, "full")
-        wrote(place, run, records)  # type: ignore[arg-type]
+        write_spill(place, run, records)
 
-    from instrument.storage import keeper as module
-
-    wrote = module.write_spill
-    monkeypatch.setattr(module, "write_spill", write)
+    monkeypatch.setattr("instrument.storage.keeper.write_spill", write)
     kept = keeper(path, sync)
     feed(kept, 0, 600)
     wait_for_failure(kept)

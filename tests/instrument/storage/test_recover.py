@@ -9,11 +9,11 @@ import pytest
 from instrument.plan import Plan
 from instrument.storage import RecordingWriter, layout, open_recording, recording_info, recover
 from instrument.storage.spill import Record, write_spill
-from protocols import CountBlock, InputError
+from protocols import CountBlock, Floats, InputError
 from tests.support import plain_hdf5 as plain
 
 VALUES = np.arange(600, dtype=np.float64) + 0.5
-EDGES = np.arange(600) * 50e-6
+EDGES: Floats = np.arange(600, dtype=np.float64) * 50e-6
 NONE = np.empty(0)
 
 

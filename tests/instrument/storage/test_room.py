@@ -1,5 +1,6 @@
 """Room on the disk is taken before it is needed, and given back."""
 
+import ctypes
 import errno
 import os
 import sys
@@ -46,7 +47,7 @@ def test_no_more_is_taken_than_is_needed_where_there_is_no_more(
     def fallocate(_file: int, mode: int, offset: int, length: int) -> int:
         assert (mode, offset) == (1, 0)
         asked.append(length)
-        room.ctypes.set_errno(errno.ENOSPC)
+        ctypes.set_errno(errno.ENOSPC)
         return 0 if length <= 5000 else -1
 
     monkeypatch.setattr(room, "_FALLOCATE", fallocate)
@@ -65,14 +66,14 @@ def test_where_blocks_cannot_be_allocated_the_free_room_is_looked_at(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fallocate(*_arguments: int) -> int:
-        room.ctypes.set_errno(errno.EOPNOTSUPP)
+        ctypes.set_errno(errno.EOPNOTSUPP)
         return -1
 
     def disk_usage(_folder: Path) -> SimpleNamespace:
         return SimpleNamespace(free=900)
 
     monkeypatch.setattr(room, "_FALLOCATE", fallocate)
-    monkeypatch.setattr(room.shutil, "disk_usage", disk_usage)
+    monkeypatch.setattr("instrument.storage.room.shutil.disk_usage", disk_usage)
     with (tmp_path / "run").open("wb") as file:
         os.ftruncate(file.fileno(), 100)
         taken = Room(tmp_path / "run", file.fileno())
