@@ -174,9 +174,7 @@ def test_memory_is_bounded_while_the_disk_is_slow(tmp_path: Path) -> None:
 
 def test_a_file_that_another_program_cuts_is_noticed_before_hdf5_meets_it(tmp_path: Path) -> None:
     path = tmp_path / "run.h5"
-    kept = keeper(path)
-    feed(kept, 0, 100)
-    wait_until_written(kept)
+    kept = written(path)
     os.truncate(path, 1000)
     feed_until_it_fails(kept)
     rescue = finish(kept)
@@ -191,9 +189,7 @@ def test_a_file_that_another_program_cuts_is_noticed_before_hdf5_meets_it(tmp_pa
 def test_a_file_that_is_cut_and_grows_again_is_noticed_by_its_blocks(tmp_path: Path) -> None:
     """As it is where it is cut in the middle of a write: HDF5 goes on behind the hole."""
     path = tmp_path / "run.h5"
-    kept = keeper(path)
-    feed(kept, 0, 100)
-    wait_until_written(kept)
+    kept = written(path)
     size = path.stat().st_size
     os.truncate(path, 1000)
     os.truncate(path, size)
@@ -203,9 +199,13 @@ def test_a_file_that_is_cut_and_grows_again_is_noticed_by_its_blocks(tmp_path: P
     assert rescue.error.cut
 
 
-def wait_until_written(kept: Keeper) -> None:
-    while kept._waiting:
-        Event().wait(0.01)
+def written(path: Path) -> Keeper:
+    """A keeper whose first values are in the file, and nothing is being written."""
+    synced = Event()
+    kept = keeper(path, lambda _file: synced.set())
+    kept.placed(VALUES[:100], EDGES[:100])
+    assert synced.wait(20)
+    return kept
 
 
 def feed_until_it_fails(kept: Keeper) -> None:
