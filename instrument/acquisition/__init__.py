@@ -4,6 +4,7 @@ from instrument.acquisition.alignment import AlignedBlock, Aligner
 from instrument.acquisition.audit import TimingAudit
 from instrument.acquisition.checks import Check, CheckReport, check_plan
 from instrument.acquisition.devices import Devices
+from instrument.acquisition.recorded import check_recording
 from instrument.acquisition.run import Host, Outcome, Phase, acquire, prepare
 from instrument.recording import TimingReport
 
@@ -20,5 +21,6 @@ __all__ = [
     "TimingReport",
     "acquire",
     "check_plan",
+    "check_recording",
     "prepare",
 ]

@@ -6,6 +6,7 @@ from typing import Literal, cast
 
 import numpy as np
 
+from instrument.acquisition.memory import available_bytes, needed_bytes
 from instrument.config import PluginBroken
 from instrument.plan import Plan
 from instrument.schemes import scheme_of
@@ -43,7 +44,7 @@ class CheckReport:
     checks: tuple[Check, ...]
 
     sequence: PatternSequence | None = None
-    """The patterns, which had to be built to be checked; None where the field or the play order is too large."""
+    """The patterns, which had to be built to be checked; None where field, play order or memory do not allow it."""
 
     @property
     def ok(self) -> bool:
@@ -84,6 +85,7 @@ def check_plan(
     counter: CounterLimits,
     stage: LinearStage,
     px_per_mm: float | None = None,
+    memory_bytes: Callable[[], int | None] = available_bytes,
 ) -> CheckReport:
     """Ask every question at once, so that one look shows all that is wrong.
 
@@ -94,11 +96,15 @@ def check_plan(
         counter: limits as read from the device.
         stage: asked by its own ``check``, which moves nothing.
         px_per_mm: image scale, where the bench is calibrated.
+        memory_bytes: tells how much memory this computer has left.
     """
-    built = _built(plan, modulator, sequence)
+    memory = _computer_memory(plan, memory_bytes())
+    # The patterns are made only where they fit: a system without memory ends programs without a word.
+    built = _built(plan, modulator, sequence) if memory.outcome != "error" else None
     checks = [
+        memory,
         _picture_time(plan, modulator),
-        *(_memory(built, modulator) if isinstance(built, PatternSequence) else [built]),
+        *(_memory(built, modulator) if isinstance(built, PatternSequence) else [built] if built is not None else []),
         _sync_rate(plan, counter),
         _count_rate(plan, counter),
         *_motion(plan, stage),
@@ -171,6 +177,21 @@ def _memory(built: PatternSequence, limits: ModulatorLimits) -> list[Check]:
         else:
             found.append(_good("memory", f"{asked} of {room} {what}"))
     return found
+
+
+def _computer_memory(plan: Plan, available: int | None) -> Check:
+    needed = needed_bytes(plan)
+    message = f"{needed / 1e6:.0f} MB for the run and its analysis"
+    if available is None:
+        return Check("computer memory", "warning", f"{message}; this system does not tell what it has")
+    if needed > available:
+        error = PlanError(
+            saw=f"a plan that takes {message}",
+            expected=f"at most the {available / 1e6:.0f} MB that this computer has left",
+            remedy="lower frames or image_size, close other programs, or record on a computer with more memory",
+        )
+        return _error("computer memory", error)
+    return _good("computer memory", f"{message}; {available / 1e6:.0f} MB are left")
 
 
 def _sync_rate(plan: Plan, limits: CounterLimits) -> Check:

@@ -1,14 +1,15 @@
-"""``kinopix run`` and ``kinopix check``.
+"""``kinopix run``.
 
 What they stand on is loaded when they begin, and the live analysis, with its compiled loops, where it is asked for.
 """
 
+import os
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from instrument.cli.libraries import tell_libraries
 from instrument.cli.options import BenchOption, JsonOption, OverwriteOption, PlanOption, print_json
 
 if TYPE_CHECKING:
@@ -34,9 +35,20 @@ def run(
 ) -> None:
     """Acquire: move the stage, play the patterns, count the light, write the recording while it runs."""
     from instrument.plan import Plan
-    from instrument.views import OUT, say, timing_table, warn
+    from instrument.storage import hdf5_has_failed
+    from instrument.views import OUT, say, show_error, timing_table, warn
+    from protocols import KinopixError
 
-    recording = record(bench, Plan.from_toml(plan), out, overwrite=overwrite, live=live)
+    try:
+        recording = record(bench, Plan.from_toml(plan), out, overwrite=overwrite, live=live)
+    except (KinopixError, typer.Exit) as error:
+        if not hdf5_has_failed():
+            raise
+        # All is told and the devices are safe. HDF5 may crash, or wait for ever, when it ends: it is not let end.
+        if isinstance(error, KinopixError):
+            show_error(error)
+        sys.stderr.flush()
+        os._exit(error.exit_code)
     if recording.timing is None:
         return
     if as_json:
@@ -103,21 +115,3 @@ class _ProgressBars:
             self._bars.update(self._upload, completed=event.stored, total=event.total)
         elif isinstance(event, BlockEvent):
             self._bars.update(self._counted, completed=event.first_pattern + event.patterns)
-
-
-def check(bench: BenchOption, plan: PlanOption, as_json: JsonOption = False) -> None:
-    """Check a plan against the bench: timing, memory, count rate, travel. Nothing moves and nothing is shown."""
-    from instrument.plan import Plan
-    from instrument.session import Instrument
-    from instrument.views import OUT, check_table
-
-    tell_libraries(bench)
-    with Instrument.from_toml(bench) as instrument:
-        report = instrument.check(Plan.from_toml(plan))
-    if as_json:
-        rows = [{"name": c.name, "outcome": c.outcome, "message": c.message} for c in report.checks]
-        print_json({"ok": report.ok, "checks": rows})
-    else:
-        OUT.print(check_table(report))
-    if not report.ok:
-        raise typer.Exit(2)

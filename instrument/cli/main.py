@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from instrument.cli import acquire, analyse, demo, drivers, info
+from instrument.cli import acquire, analyse, check, demo, drivers, info, recover
 
 app = typer.Typer(
     help="Single-pixel imaging of moving objects: run the bench, follow the object, see it sharp.",
@@ -17,8 +17,9 @@ app = typer.Typer(
 app.command("demo")(demo.demo)
 app.command("run")(acquire.run)
 app.command("analyse")(analyse.analyse_file)
-app.command("check")(acquire.check)
+app.command("check")(check.check)
 app.command("info")(info.info)
+app.command("recover")(recover.recover_file)
 app.add_typer(drivers.app, name="drivers")
 
 

@@ -1,6 +1,6 @@
 """The bench as one thing, and a run as a handle: started, watched, waited for, aborted, from any thread."""
 
-from instrument.acquisition import Devices, Phase
+from instrument.acquisition import Devices, Phase, check_recording
 from instrument.session.channel import Channel, Follower, Listener, Publish, Subscription
 from instrument.session.errors import RunAborted, RunNotOver
 from instrument.session.events import (
@@ -46,6 +46,7 @@ __all__ = [
     "Subscription",
     "TrackingEvent",
     "UploadEvent",
+    "check_recording",
     "event_from_json",
     "make_safe",
     "open_devices",

@@ -64,7 +64,7 @@ class UploadEvent(_Event):
 
 
 class BlockEvent(_Event):
-    """Patterns were counted, and are in the file."""
+    """Patterns were counted, and are on their way into the file."""
 
     kind: Literal["block"] = "block"
     first_pattern: NonNegativeInt

@@ -43,7 +43,7 @@ class Snapshot(Frozen):
     phase: Phase | None = None
     """Finely; the last one after the end, None before the first."""
     patterns_done: NonNegativeInt = 0
-    """Patterns counted and in the file."""
+    """Patterns counted, and in the file or on their way into it."""
     patterns_total: NonNegativeInt
     """Patterns of the plan."""
     upload_done: NonNegativeInt = 0

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import Final
@@ -15,7 +16,7 @@ from instrument.session.aborting import AbortRequest
 from instrument.session.errors import RunAborted
 from instrument.session.events import BlockEvent, Event, FindingEvent, PhaseEvent, UploadEvent
 from instrument.session.safety import make_safe, stop_at_once
-from instrument.storage import RecordingWriter
+from instrument.storage import Keeper, RecordingWriter, Rescue, made_in_time
 from protocols import CountBlock, ModulatorTiming, Motion, PatternSequence, SafeStateFailed
 
 _FINDINGS: Final = 20  # patterns told one by one; all are in the timing report
@@ -53,16 +54,16 @@ class Ending:
 
 
 class _Host:
-    """``acquisition.Host``: puts blocks into the file first, then tells whoever listens; ends the run that is aborted."""
+    """``acquisition.Host``: hands blocks over to be kept first, then tells whoever listens; ends the run that is aborted."""
 
     def __init__(self, job: Job, publish: Callable[[Event], None], abort: AbortRequest) -> None:
         self._job = job
         self._publish = publish
         self._findings = 0
         self.abort = abort
-        self.writer: RecordingWriter | None = None
+        self.keeper: Keeper | None = None
         self.stored = 0
-        """Patterns in the file."""
+        """Patterns handed over to be kept."""
 
     def tell(self, phase: Phase) -> None:
         self._publish(PhaseEvent(phase=phase))
@@ -76,16 +77,16 @@ class _Host:
         self.checkpoint()
 
     def raw(self, block: CountBlock) -> None:
-        if self.writer is not None:
-            self.writer.append_raw(block)
+        if self.keeper is not None:
+            self.keeper.raw(block)
 
     def placed(self, block: AlignedBlock) -> None:
-        if self.writer is not None:
-            self.writer.append(block.values, block.edge_time_s)
+        if self.keeper is not None:
             self.stored += len(block.values)
+            self.keeper.placed(block.values, block.edge_time_s)
         self._publish(BlockEvent.of(block))
-        if self.writer is not None and self.writer.name_taken is not None:
-            raise self.writer.name_taken
+        if self.keeper is not None and self.keeper.writer.name_taken is not None:
+            raise self.keeper.writer.name_taken
         for message in chain(
             (f"pattern {k}: its sync edge is missing" for k in block.gaps.tolist()),
             (f"pattern {k}: a surplus sync edge came" for k in block.doubles.tolist()),
@@ -100,6 +101,8 @@ class _Host:
 
     def checkpoint(self) -> None:
         self.abort.check()
+        if self.keeper is not None:
+            self.keeper.check()
 
     def broke(self) -> None:
         stop_at_once(self._job.devices, self._job.on_abort)
@@ -123,12 +126,15 @@ def carry_out(job: Job, publish: Callable[[Event], None], abort: AbortRequest) -
         host.checkpoint()
         timing = prepare(job.plan, job.sequence, job.devices, host)
         host.checkpoint()  # an older recording is not overwritten for nothing
-        host.writer = _writer(job, timing)
-        for left in host.writer.removed:
+        writer = _writer(job, timing)
+        host.keeper = keeper = Keeper(writer)
+        for left in writer.removed:
             host.find(f"{left} was left behind by a program that ended early, and is removed")
     except BaseException as early:  # noqa: BLE001 - it is told to whoever waits
         abort.close()
-        return Ending(_at_rest(job, host, early, None, kept := "nothing was recorded"), kept)
+        ended_by = _at_rest(job, host, early, None)
+        ended_by.add_note(kept := "nothing was recorded")
+        return Ending(ended_by, kept)
     outcome = acquire(
         job.plan,
         timing,
@@ -138,20 +144,19 @@ def carry_out(job: Job, publish: Callable[[Event], None], abort: AbortRequest) -
         patterns_per_frame=job.plan.patterns_per_frame,
     )
     abort.close()
-    kept, keeps = _kept(job, host.writer, host.stored, outcome)
     error = outcome.error
     if error is not None:
-        error = _at_rest(job, host, error, outcome.motion, kept)
+        error = _at_rest(job, host, error, outcome.motion)
     host.tell("storing")
     for note in outcome.report.notes:
         host.find(note)
-    error = _finished(job, host.writer, host.stored, outcome, error, keeps=keeps)
-    return Ending(error, kept, host.writer.path if keeps else None, outcome.report)
+    return _stored(job, host, keeper, outcome, error)
 
 
 def _writer(job: Job, timing: ModulatorTiming) -> RecordingWriter:
     limits = job.devices.counter.limits
-    return RecordingWriter(
+    make = partial(
+        RecordingWriter,
         job.path,
         job.plan,
         picture_time_s=timing.picture_time_us * 1e-6,
@@ -162,19 +167,56 @@ def _writer(job: Job, timing: ModulatorTiming) -> RecordingWriter:
         with_truth=job.devices.scene is not None,
         overwrite=job.overwrite,
     )
+    return made_in_time(job.path, make)
 
 
-def _kept(job: Job, writer: RecordingWriter, stored: int, outcome: Outcome) -> tuple[str, bool]:
-    """What is kept, in words, and whether anything is."""
-    report = outcome.report
+def _stored(job: Job, host: _Host, keeper: Keeper, outcome: Outcome, error: BaseException | None) -> Ending:
+    """Close the file, after the devices are at rest; what ended the run early may be that."""
+    report, writer, rescue = outcome.report, keeper.writer, None
+    if not host.stored and not report.bins_received:
+        keeper.discard()
+        kept, path = "nothing was recorded", None
+    else:
+        rescue = _finished(job, keeper, host.stored, outcome, error)
+        kept, path = _kept(job, host.stored, report.bins_received, writer.path, rescue), writer.path
+    failure = writer.name_taken if rescue is None else rescue.error
+    if error is None and failure is not None:
+        error = _at_rest(job, host, failure, outcome.motion)
+    elif rescue is not None and error is not rescue.error and error is not None:
+        error.add_note(str(rescue.error))
+    if error is not None:
+        error.add_note(kept)
+    return Ending(error, kept, path, report)
+
+
+def _kept(job: Job, stored: int, bins: int, path: Path, rescue: Rescue | None) -> str:
+    """What is kept, in words."""
+    if rescue is not None:
+        return _saved(job, stored, path, rescue)
     if stored:
-        return f"{stored} of {job.sequence.n_patterns} patterns are kept in {writer.path}", True
-    if report.bins_received:
-        return f"no pattern could be told apart; {report.bins_received} raw counts are kept in {writer.path}", True
-    return "nothing was recorded", False
+        return f"{stored} of {job.sequence.n_patterns} patterns are kept in {path}"
+    return f"no pattern could be told apart; {bins} raw counts are kept in {path}"
 
 
-def _at_rest(job: Job, host: _Host, broken_by: BaseException, motion: Motion | None, kept: str) -> BaseException:
+def _saved(job: Job, stored: int, path: Path, rescue: Rescue) -> str:
+    """What is kept of a run that the disk did not take, in words."""
+    counted = f"{stored} of {job.sequence.n_patterns} patterns were counted"
+    before = f"those before {rescue.kept_until} had been written to {path}"
+    if rescue.lost:
+        return f"{counted}; {before}, and all others are lost: they could be written nowhere ({rescue.lost})"
+    if rescue.error.cut:
+        after = "" if rescue.spill is None else f"; those from {rescue.kept_until} on are in {rescue.spill}"
+        return f"{counted}; {before}, of which no more is left than the other program has left{after}"
+    if rescue.spill is None:
+        return f"{counted}, and had been written to {path}; close it with `kinopix recover {path}`"
+    beside = "" if rescue.spill.parent == path.parent else f" --spill {rescue.spill}"
+    doubt = f" (which may not survive a power cut: {rescue.doubt})" if rescue.doubt else ""
+    return (
+        f"{counted}; {before}, the others are in {rescue.spill}{doubt}; join them with `kinopix recover {path}{beside}`"
+    )
+
+
+def _at_rest(job: Job, host: _Host, broken_by: BaseException, motion: Motion | None) -> BaseException:
     """Make the bench safe after an error, and give what to raise: devices that could not be made safe are worse than it."""
     error = broken_by
     if host.abort.why is not None and not isinstance(error, RunAborted):
@@ -187,38 +229,22 @@ def _at_rest(job: Job, host: _Host, broken_by: BaseException, motion: Motion | N
         unsafe.add_note(f"it came after: {error or type(error).__name__}")
         unsafe.__cause__ = error
         error = unsafe
-    error.add_note(kept)
     return error
 
 
-def _finished(
-    job: Job, writer: RecordingWriter, stored: int, outcome: Outcome, error: BaseException | None, *, keeps: bool
-) -> BaseException | None:
-    """Close the file; give what ended the run early, which may be that."""
-    try:
-        if not keeps:
-            writer.discard()
-            return error
-        per_frame, scene = job.plan.patterns_per_frame, job.devices.scene
-        frames = -(-stored // per_frame)
-        frame_valid = outcome.frame_valid[:frames].copy()
-        frame_valid[stored // per_frame :] = False  # what was counted and could not be stored
-        middle_s = frame_middle_s(frames, per_frame * writer.picture_time_s)
-        writer.finish(
-            frame_valid=frame_valid,
-            report=outcome.report.model_dump_json(),
-            truth=scene.truth(middle_s) if scene is not None and frames else None,
-            interrupted=_reason(error),
-        )
-    except BaseException as failure:  # noqa: BLE001 - the counts are in the file; whoever waits is told
-        note = f"{writer.path} holds what was measured, but could not be closed well: {failure}"
-        if error is None:
-            failure.add_note(note)
-            return failure
-        error.add_note(note)
-    finally:
-        writer.close()
-    return error
+def _finished(job: Job, keeper: Keeper, stored: int, outcome: Outcome, error: BaseException | None) -> Rescue | None:
+    """Let the keeper finish the recording; give what became of it if the disk did not take it."""
+    per_frame, scene = job.plan.patterns_per_frame, job.devices.scene
+    frames = -(-stored // per_frame)
+    frame_valid = outcome.frame_valid[:frames].copy()
+    frame_valid[stored // per_frame :] = False  # what was counted and could not be stored
+    middle_s = frame_middle_s(frames, per_frame * keeper.writer.picture_time_s)
+    return keeper.finish(
+        frame_valid=frame_valid,
+        report=outcome.report.model_dump_json(),
+        truth=scene.truth(middle_s) if scene is not None and frames else None,
+        interrupted=_reason(error),
+    )
 
 
 def _reason(error: BaseException | None) -> str:

@@ -2,6 +2,7 @@
 
 import errno
 import math
+import os
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -33,6 +34,10 @@ _MOST_TEXT_BYTES: Final = 1 << 24
 
 _FORMAT = ("v110", "v110")
 """File format of HDF5 1.10 (2016), the oldest that can be read while it is written (SWMR)."""
+
+
+_LEFT_OPEN: Final = list[Any]()
+"""Objects of files that failed, which are never closed."""
 
 
 class InUse(OSError):
@@ -97,19 +102,20 @@ class Group:
             ValueError: a text that is too long.
         """
         dataset = self._handle[name]
+        content: Any = _stored(value)
         if isinstance(value, str):
-            text, room = value.encode(), int(dataset.dtype.itemsize)
-            if len(text) > room:
-                raise ValueError(f"{len(text)} bytes for {name}, which has room for {room}")
-            dataset[...] = text
-        else:
-            dataset[...] = _stored(value)
-        dataset.flush()
+            content, room = value.encode(), int(dataset.dtype.itemsize)
+            if len(content) > room:
+                raise ValueError(f"{len(content)} bytes for {name}, which has room for {room}")
+        with _writing(dataset):
+            dataset[...] = content
+            dataset.flush()
 
     def set_attribute(self, name: str, value: Value) -> None:
         """Overwrite an attribute of this group with a value of the same shape and type."""
-        self._handle.attrs.modify(name, _stored(value))
-        self._handle.file.flush()
+        with _writing(self._handle):
+            self._handle.attrs.modify(name, _stored(value))
+            self._handle.file.flush()
 
     def __contains__(self, name: str) -> bool:
         """Whether a dataset or group of that path is there.
@@ -177,6 +183,10 @@ class Group:
             OSError, WrongItem: as ``array``.
         """
         return cast("tuple[int, ...]", self._sound(name).shape)
+
+    def shape_of(self, name: str) -> tuple[int, ...]:
+        """The shape of a dataset of a file that is being written."""
+        return cast("tuple[int, ...]", self._numbers(name).shape)
 
     def _sound(self, name: str) -> Any:
         """A dataset of numbers that the file holds to its end, and that is no larger than what it holds."""
@@ -255,9 +265,15 @@ class Growing:
 
     def write(self, first: int, rows: NDArray[Any]) -> None:
         """Write ``rows`` from row ``first`` on, growing as needed, and hand them to the operating system."""
-        self._handle.resize(max(len(self._handle), first + len(rows)), axis=0)
-        self._handle[first : first + len(rows)] = rows
-        self._handle.flush()
+        with _writing(self._handle):
+            self._handle.resize(max(len(self._handle), first + len(rows)), axis=0)
+            self._handle[first : first + len(rows)] = rows
+            self._handle.flush()
+
+    def replace(self, rows: NDArray[Any]) -> None:
+        """Make ``rows`` all that it holds."""
+        self._handle.resize(len(rows), axis=0)
+        self._handle[...] = rows
 
     def read(self) -> NDArray[Any]:
         """Give all rows."""
@@ -289,6 +305,7 @@ class File(Group):
         # Network drives often have no locks: that must not keep anybody from recording.
         locking = "best-effort" if locks else False
         super().__init__(_h5py.File(path, "r" if mode == "swmr" else mode, locking=locking, **keys))
+        self._descriptor = int(self._handle.id.get_vfd_handle())  # asked now: later HDF5 may be in a call that hangs
 
     def let_others_read(self) -> None:
         """From now on others may read while this file is written, and it stays readable at whatever moment the writer dies.
@@ -302,9 +319,25 @@ class File(Group):
         """Whether it is open."""
         return bool(self._handle)
 
+    def detach(self) -> None:
+        """Part from a file that can no longer be written, and leave it as it is.
+
+        HDF5 crashes when it closes a file after a write that failed, and looks without end for metadata that somebody has cut
+        off. So its descriptor is turned to the null device, which takes everything: nothing that HDF5 does afterwards, also at
+        the end of the process, reaches the file or can fail. No lock of HDF5 is needed, so a call that hangs is no obstacle.
+        """
+        if self._descriptor < 0:
+            return
+        _detach(self._descriptor)
+
+    def leave_open(self) -> None:
+        """Never close this file: HDF5 failed with it, and may crash."""
+        _LEFT_OPEN.append(self._handle)
+
     def close(self) -> None:
         """Close the file; allowed twice."""
         self._handle.close()
+        self._descriptor = -1
 
     def __enter__(self) -> Self:
         """Give the open file."""
@@ -315,6 +348,35 @@ class File(Group):
     ) -> None:
         """Close it."""
         self.close()
+
+
+def hdf5_has_failed() -> bool:
+    """Whether HDF5 failed with a file of this process, or does not come back from it: it may crash when the process ends."""
+    return bool(_LEFT_OPEN)
+
+
+def note_that_hdf5_hangs(call: object) -> None:
+    """Take note that HDF5 does not come back from a call on another thread."""
+    _LEFT_OPEN.append(call)
+
+
+@contextmanager
+def _writing(handle: Any) -> Generator[None]:
+    """Detach the file at once where a write fails: closing any object of it, which Python does by itself, may crash HDF5."""
+    try:
+        yield
+    except (OSError, RuntimeError):
+        _LEFT_OPEN.append(handle)
+        _detach(int(handle.file.id.get_vfd_handle()))
+        raise
+
+
+def _detach(descriptor: int) -> None:
+    nothing = os.open(os.devnull, os.O_RDWR)
+    try:
+        os.dup2(nothing, descriptor)
+    finally:
+        os.close(nothing)
 
 
 def is_hdf5(path: Path) -> bool:

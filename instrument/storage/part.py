@@ -42,6 +42,10 @@ class Part:
         self.path, self._file = _created(target, purpose)
         """Where it is."""
 
+    def fileno(self) -> int:
+        """Give a descriptor of the file that is open for writing; -1 where Windows had to close it."""
+        return self._file
+
     def put_in_place(self, *, replace: bool) -> None:
         """Rename it to its target, at once for all who look. The lock goes along.
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from instrument.storage.hdf5 import is_hdf5
 from instrument.storage.in_use import refuse_while_written
 from instrument.storage.part import is_locked
+from instrument.storage.room import longest_file
 from protocols import InputError
 
 _BYTES_A_PATTERN = 4 * 8
@@ -54,7 +55,7 @@ def refuse_full_disk(path: Path, patterns: int) -> None:
         InputError: there is less than the recording, and its copy when an analysis is stored, take.
     """
     needed = 2 * patterns * _BYTES_A_PATTERN + _BYTES_BESIDE
-    free = shutil.disk_usage(path.resolve().parent).free
+    free = min(shutil.disk_usage(path.resolve().parent).free, longest_file())
     if free < needed:
         raise InputError(
             saw=f"{free / 1e6:.1f} MB free for {path}",

@@ -2,6 +2,7 @@
 
 from collections.abc import Generator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +32,34 @@ def open_recording(path: str | Path) -> Recording:
     path = Path(path)
     with opened_recording(path) as entry:
         return _recording(path, entry)
+
+
+@dataclass(frozen=True, eq=False)
+class RawCounts:
+    """What the counter gave, in the order of arrival, to hold the values against."""
+
+    counts: Floats
+    """``(n,)``: counts of each bin."""
+
+    edge_time_s: Floats
+    """``(n,)``: opening edge of each bin, s; NaN without edge times."""
+
+    checksums: int
+    """How many checksums the recording has; 0 where it was not closed."""
+
+
+def raw_counts(path: str | Path) -> RawCounts:
+    """Read the raw counts of a recording. Of a run that was killed, those without an edge time are left out.
+
+    Raises:
+        InputError: as ``open_recording``.
+    """
+    path = Path(path)
+    with opened_recording(path) as entry:
+        counts, edges = _floats(entry, layout.RAW_COUNTS), _floats(entry, layout.RAW_EDGE_TIME_S)
+        names = [name for name in (layout.CHECKSUM_VALUES, layout.CHECKSUM_EDGES) if name in entry]
+        bins = min(len(counts), len(edges))
+        return RawCounts(counts[:bins], edges[:bins], sum(entry.array(name).size for name in names))
 
 
 @contextmanager

@@ -8,10 +8,15 @@ be read at any moment, by a live display or after the program was killed; plain 
 closed. The price is that nothing can be *added* in that mode, so what is known only after the run has its place from the start,
 empty, and is filled in at the end. From its first block on the file is never replaced: whoever reads it keeps it.
 ``/entry/@complete`` is the last thing that is written.
+
+HDF5 cannot be trusted after a write that failed: it crashes, or never comes back. So room on the disk is taken before HDF5 needs
+it (``room.Room``), a file that somebody has cut off is noticed before HDF5 meets it, and a file that failed all the same is left
+as it is (``abandon``). The writer itself knows no threads: a run writes through ``keeper.Keeper``.
 """
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Generator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
@@ -22,11 +27,14 @@ from instrument.plan import Plan
 from instrument.roles import ROLES, RoleName
 from instrument.storage import layout, part
 from instrument.storage.checksum import FRAMES_A_BLOCK, Checksums
+from instrument.storage.failure import cut_off
 from instrument.storage.hdf5 import File, Group, Growing
 from instrument.storage.in_use import refuse_while_made, refuse_while_written
 from instrument.storage.part import Part, remove_remains
 from instrument.storage.place import cannot_be_written, refuse_existing, refuse_full_disk
 from instrument.storage.provenance import PROGRAM, now, program_version
+from instrument.storage.room import Room
+from instrument.storage.spill import run_of
 from protocols import CountBlock, DeviceIdentity, Floats, InputError, Mask, Truth
 
 _ROWS_PER_CHUNK = 1024
@@ -35,6 +43,8 @@ _REPORT_BYTES: Final = 1 << 16
 """Room for the timing audit, which lists a thousand patterns of each kind at most."""
 _REASON_BYTES: Final = 4096
 """Room for why a run ended early."""
+_MOST_GROWTH: Final = 1 << 20
+"""Most bytes by which HDF5 lengthens a file beside the numbers themselves: a chunk of each dataset, and their indices."""
 
 
 class RecordingWriter:
@@ -53,6 +63,7 @@ class RecordingWriter:
         title: str = "",
         with_truth: bool = False,
         overwrite: bool = False,
+        sync: Callable[[int], object] = os.fsync,
     ) -> None:
         """Make the file under a temporary name; it takes its place with the first block.
 
@@ -67,6 +78,7 @@ class RecordingWriter:
             title: one line for people; by default the file's name.
             with_truth: whether ``finish`` will be given a truth, as for simulated runs.
             overwrite: whether an existing recording may be lost.
+            sync: makes a file survive a power cut, by its descriptor.
 
         Raises:
             InputError: ``path`` exists and may not be overwritten, is being recorded, cannot be created, or has too little room.
@@ -80,6 +92,9 @@ class RecordingWriter:
         self._capacity = plan.frames * self._patterns
         refuse_full_disk(path, self._capacity)
         self._overwrite = overwrite
+        self._sync = sync
+        self._broken = False  # whether HDF5 did not come well out of a call
+        self._length = 0
         self._counts_photons: bool | None = None
         self._placed = False
         self.name_taken: InputError | None = None
@@ -93,29 +108,52 @@ class RecordingWriter:
         try:
             refuse_while_made(path, but=self._part.path)  # another run may have begun at the same moment
             self._part.unlock()
-            file = File(self._part.path, "w")
-            try:
-                entry = file.group("entry", "NXentry", default="data", complete=False)
-                file.set_attributes(NX_class="NXroot", default="entry", file_name=path.name, creator=PROGRAM)
-                entry.add("title", title or path.stem)
-                entry.add(layout.PLAN, plan.model_dump_json())
-                entry.add(layout.BENCH, bench)
-                _add_origin(entry, devices or {})
-                entry.add(layout.PICTURE_TIME_S, picture_time_s, units="s")
-                entry.add(layout.DEAD_TIME_S, dead_time_s, units="s")
-                entry.add(layout.DARK_RATE_HZ, dark_rate_hz, units="Hz")
-                _add_what_grows(entry, self._patterns)
-                _add_what_comes_last(entry, plan.image_size if with_truth else None)
-                self._open = _Open(file, self._patterns)
-            except BaseException:
-                file.close()
-                raise
+            self._open, self.run = self._made(
+                plan,
+                {
+                    layout.PICTURE_TIME_S: (picture_time_s, "s"),
+                    layout.DEAD_TIME_S: (dead_time_s, "s"),
+                    layout.DARK_RATE_HZ: (dark_rate_hz, "Hz"),
+                },
+                {"title": title or path.stem, layout.PLAN: plan.model_dump_json(), layout.BENCH: bench},
+                devices or {},
+                with_truth=with_truth,
+            )
+            """Which run it is, as its spill file names it."""
+            self._room = Room(self._part.path, self._part.fileno())
+            self._take_room(0)
             self._part.let_others_read()
-        except OSError as error:
+        except (OSError, RuntimeError) as error:  # HDF5 raises either for a disk that is full
             self._part.discard()
             raise cannot_be_written(path, error) from error
         except BaseException:
             self._part.discard()
+            raise
+
+    def _made(
+        self,
+        plan: Plan,
+        figures: Mapping[str, tuple[float, str]],
+        texts: Mapping[str, str],
+        devices: Mapping[RoleName, DeviceIdentity],
+        *,
+        with_truth: bool,
+    ) -> tuple["_Open", str]:
+        """Make the file with all that is known now; give it, and the name of the run."""
+        file = File(self._part.path, "w")
+        try:
+            entry = file.group("entry", "NXentry", default="data", complete=False)
+            file.set_attributes(NX_class="NXroot", default="entry", file_name=self.path.name, creator=PROGRAM)
+            entry.add_all(texts)
+            run = _add_origin(entry, devices)
+            for name, (figure, unit) in figures.items():
+                entry.add(name, figure, units=unit)
+            _add_what_grows(entry, self._patterns)
+            _add_what_comes_last(entry, plan.image_size if with_truth else None)
+            return _Open(file, self._patterns), run
+        except BaseException:
+            file.detach()
+            file.close()
             raise
 
     def _in_place(self) -> "_Open":
@@ -128,6 +166,88 @@ class RecordingWriter:
             if not part.RENAMES_OPEN_FILES:
                 self._open = _Open(File(self._part.path, "r+"), self._patterns)
         return self._open
+
+    def _take_room(self, numbers: int) -> None:
+        """Make sure that HDF5 can write so many more numbers, before it begins.
+
+        Raises:
+            OSError: there is no room.
+            StorageFailed: the file has lost its end.
+        """
+        if self._part.fileno() < 0:  # Windows: nobody else may write it
+            return
+        size = os.fstat(self._part.fileno()).st_size
+        if size < self._length or self._room.lost():
+            raise cut_off(self.path, size)
+        self._room.take(size + 8 * numbers + _MOST_GROWTH)
+
+    @contextmanager
+    def _writing(self) -> Generator[None]:
+        """Take note where HDF5 fails, so that it is not called again."""
+        try:
+            yield
+        except (OSError, RuntimeError):
+            self._broken = True
+            raise
+
+    def _give_room_back(self) -> None:
+        """Give back what was taken beyond the end of the file."""
+        if self._part.fileno() >= 0:
+            self._room.give_back()
+
+    def _note_length(self) -> None:
+        """Write down how long the file is, for whoever reads it after this program was killed."""
+        self._length = self._part.path.stat().st_size
+        self._open.note_length(self._length)
+
+    def sync(self) -> None:
+        """Make sure that what was written survives a power cut. Any thread may call it, also during a write.
+
+        Raises:
+            OSError: the disk failed.
+        """
+        if self._part.fileno() >= 0:
+            self._sync(self._part.fileno())
+        else:  # Windows
+            self.sync_other(self._part.path)
+
+    def sync_other(self, path: Path) -> None:
+        """Make sure that another file of this run survives a power cut.
+
+        Raises:
+            OSError: the disk failed.
+        """
+        with path.open("rb+") as file:
+            self._sync(file.fileno())
+
+    def abandon(self, *, hangs: bool = False, keep: bool = True) -> None:
+        """Leave a file that failed as it is. HDF5 touches it no more, neither now nor at the end of the process.
+
+        Args:
+            hangs: whether HDF5 has not come back from a call, so that it cannot be called again at all.
+            keep: whether the file is kept; without, it is removed if it has not taken its place.
+
+        Raises:
+            OSError: a file without a block cannot be put in its place, where it is looked for together with its spilled counts.
+        """
+        self._open.file.detach()
+        if self._broken or hangs:
+            self._open.file.leave_open()
+        else:
+            with suppress(OSError, RuntimeError):
+                self._open.file.close()
+        if not hangs:
+            with suppress(OSError):
+                self._give_room_back()
+        try:
+            if not self._placed and keep:
+                self._placed = True
+                self._put_in_place()
+        finally:
+            if self._placed:
+                self._part.release()
+            else:
+                self._part.discard()
 
     def _put_in_place(self) -> None:
         try:
@@ -148,14 +268,16 @@ class RecordingWriter:
 
         The first block also tells whether the values are photon counts: uint32 counts are.
         """
+        self._take_room(2 * len(block))
         file = self._in_place()
         if self._counts_photons is None and len(block):
             self._counts_photons = block.photon_counts
             file.entry.set_value(layout.PHOTON_COUNTS, self._counts_photons)
         edges = np.full(len(block), np.nan) if block.opening_edge_s is None else block.opening_edge_s
-        first = len(file.raw_counts)
-        file.raw_edges.write(first, edges)
-        file.raw_counts.write(first, block.counts.astype(np.float64))
+        with self._writing():
+            first = len(file.raw_counts)
+            file.raw_edges.write(first, edges)
+            file.raw_counts.write(first, block.counts.astype(np.float64))
 
     def append(self, values: Floats, edge_time_s: Floats | None = None) -> None:
         """Store the next values, in whole frames or parts of frames. They are on their way to the disk on return.
@@ -170,13 +292,15 @@ class RecordingWriter:
         edges = np.full(len(values), np.nan) if edge_time_s is None else edge_time_s
         if len(edges) != len(values):
             raise ValueError(f"{len(edges)} edge times for {len(values)} values")
+        self._take_room(2 * (len(values) + self._patterns))
         file = self._in_place()
         if file.values.count + len(values) > self._capacity:
             raise ValueError(f"{file.values.count + len(values)} values for the {self._capacity} patterns of the plan")
-        # Edges first: a recording that breaks off here has no value without its time.
-        file.edges.append(edges)
-        file.values.append(values)
-        file.note_length(self._part.path.stat().st_size)
+        with self._writing():
+            # Edges first: a recording that breaks off here has no value without its time.
+            file.edges.append(edges)
+            file.values.append(values)
+            self._note_length()
 
     def finish(
         self,
@@ -198,6 +322,7 @@ class RecordingWriter:
             ValueError: a mask that is not one flag a frame, a truth that was not announced or has another size, or a report
                 that is too long.
         """
+        self._take_room(4 * len(self._open.values))
         file = self._in_place()
         frames = len(file.values)
         if frame_valid is not None and frame_valid.shape != (frames,):
@@ -219,9 +344,11 @@ class RecordingWriter:
         entry.set_value(layout.END_TIME, now())
         file.note_length(0)  # HDF5 knows the length of a file that was closed
         entry.set_attribute("complete", not interrupted)
+        self._open.file.close()
+        self._length = 0
+        self._give_room_back()
+        self.sync()
         self.close()
-        with self._part.path.open("rb+") as written:
-            os.fsync(written.fileno())
 
     def discard(self) -> None:
         """Close the file and remove it: nothing at all was measured. An older recording stays."""
@@ -232,7 +359,9 @@ class RecordingWriter:
         """Close the file as it is, as a partial recording; allowed twice. One without a block is removed."""
         if not self._placed:
             self.discard()
-        self._open.file.close()
+        elif self._open.file.is_open:
+            self._open.file.close()
+            self._give_room_back()
         self._part.release()
 
     def __enter__(self) -> Self:
@@ -244,14 +373,18 @@ class RecordingWriter:
     ) -> None:
         """Finish a recording that is not finished as a partial one; remove it if nothing at all was measured."""
         if not self._open.file.is_open:
+            self._part.release()
             return
         if not len(self._open.raw_counts) and not self._open.values.count:
             self.discard()
             return
+        if self._broken:
+            self.abandon()
+            return
         try:
             self.finish(interrupted=str(error) or type(error).__name__ if error else "never finished")
         except Exception as failure:
-            self.close()
+            self.abandon()
             # The first error is what matters, and the counts are in the file already.
             if error is None:
                 raise
@@ -311,14 +444,17 @@ def _cut(text: str, room_bytes: int) -> str:
     return text if len(encoded) <= room_bytes else encoded[: room_bytes - 3].decode(errors="ignore") + "..."
 
 
-def _add_origin(entry: Group, devices: Mapping[RoleName, DeviceIdentity]) -> None:
+def _add_origin(entry: Group, devices: Mapping[RoleName, DeviceIdentity]) -> str:
+    """Add who records when, and give the name of the run."""
+    process, start_time = os.getpid(), now()
     entry.add("definition", layout.DEFINITION, version=layout.VERSION)
-    entry.add(layout.PROGRAM_NAME, PROGRAM, version=program_version(), process_id=os.getpid())
-    entry.add(layout.START_TIME, now())
+    entry.add(layout.PROGRAM_NAME, PROGRAM, version=program_version(), process_id=process)
+    entry.add(layout.START_TIME, start_time)
     instrument = entry.group("instrument", "NXinstrument")
     groups = {role.name: instrument.group(role.name, role.nx_class) for role in ROLES}
     for name, identity in devices.items():
         groups[name].add_all(identity.model_dump())
+    return run_of(start_time, process)
 
 
 def _add_what_grows(entry: Group, patterns_per_frame: int) -> None:
@@ -327,8 +463,9 @@ def _add_what_grows(entry: Group, patterns_per_frame: int) -> None:
     entry.growing(layout.RAW_EDGE_TIME_S, (), _RAW_PER_CHUNK, units="s")
     entry.group("data", "NXdata", signal="values", axes=[".", "."])
     row = (patterns_per_frame,)
-    entry.growing(layout.VALUES, row, _ROWS_PER_CHUNK, long_name="light of each pattern, in play order")
-    entry.growing(layout.EDGE_TIME_S, row, _ROWS_PER_CHUNK, units="s")
+    rows = max(1, min(_ROWS_PER_CHUNK, _RAW_PER_CHUNK // patterns_per_frame))
+    entry.growing(layout.VALUES, row, rows, long_name="light of each pattern, in play order")
+    entry.growing(layout.EDGE_TIME_S, row, rows, units="s")
 
 
 def _add_what_comes_last(entry: Group, truth_size: int | None) -> None:

@@ -102,7 +102,7 @@ def test_what_plug_ins_say_of_themselves_is_printed_as_it_stands(told: Told, mon
 @pytest.mark.parametrize("name", NAMES[:7])
 def test_a_command_or_an_option_of_any_name_is_a_mistake(told: Told, name: str) -> None:
     assert "No such command" in told(name, code=2)
-    assert "--bench" in told("check", name, code=2)
+    assert "--bench" in told("run", name, code=2)
 
 
 def test_a_name_that_is_no_text_is_refused_before_anything_moves(tmp_path: Path, told: Told) -> None:

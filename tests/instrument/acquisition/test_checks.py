@@ -11,6 +11,7 @@ from protocols import (
     KinopixError,
     ModulatorLimits,
     PatternMemoryFull,
+    PatternSequence,
     PictureTimeTooShort,
     PlanError,
     TravelExceeded,
@@ -127,3 +128,32 @@ def test_hadamard_patterns_that_repeat_are_said() -> None:
 def test_the_range_follows_the_fringes(cycles: int) -> None:
     message = checked(Plan(frames=1, scheme=FourierHadamardSettings(fourier_cycles=cycles)))["displacement"].message
     assert f"within {64 / cycles:g} px" in message
+
+
+def memory_checked(available: int | None) -> tuple[dict[str, Check], int]:
+    """The checks of the standard plan on a computer with so much memory, and how often its patterns were made."""
+    plan, made = Plan(frames=1666), list[int]()
+
+    def sequence() -> PatternSequence:
+        made.append(1)
+        return scheme_of(plan).sequence()
+
+    stage = open_stage(StageSettings(), BenchContext(scene=OpticalBench(SceneSettings())))
+    report = check_plan(
+        plan, sequence=sequence, modulator=V7000, counter=H10682, stage=stage, memory_bytes=lambda: available
+    )
+    return {check.name: check for check in report.checks}, len(made)
+
+
+def test_a_plan_that_does_not_fit_into_this_computer_is_refused_before_its_patterns_are_made() -> None:
+    """230 MB, 10.2 MB for 9,996 patterns and 68.2 MB for their pixels: 308,475,264 bytes."""
+    checks, made = memory_checked(308_475_264)
+    assert checks["computer memory"].message == "308 MB for the run and its analysis; 308 MB are left"
+    assert made == 1
+    checks, made = memory_checked(308_475_263)
+    error = error_of(checks["computer memory"])
+    assert isinstance(error, PlanError)
+    assert "saw a plan that takes 308 MB" in str(error)
+    assert made == 0
+    checks, _ = memory_checked(None)
+    assert checks["computer memory"].outcome == "warning"

@@ -6,6 +6,7 @@ from pathlib import Path
 from threading import Event as Flag
 from threading import Thread, get_ident
 
+import numpy as np
 import pytest
 
 from instrument.acquisition import CheckReport
@@ -22,7 +23,7 @@ from instrument.session import (
     Snapshot,
     UploadEvent,
 )
-from instrument.storage import RecordingWriter, open_recording
+from instrument.storage import RecordingWriter, StorageFailed, open_recording, recover
 from protocols import CountBlock, InputError, PatternSequence, TravelExceeded, TriggerMissed, WrongState
 from tests.support import plain_hdf5 as plain
 from tests.support.benches import SMALL, bench_toml
@@ -222,21 +223,34 @@ def test_devices_are_safe_before_the_file_is_closed(tmp_path: Path, monkeypatch:
 
 
 def test_an_error_of_any_kind_tells_how_much_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A disk that is full at the third block: two are in the file."""
-    append, calls = RecordingWriter.append, iter(range(10))
+    """A disk that is full at the third block: what it did not take is spilled, and joined again."""
+    append, calls, path = RecordingWriter.append, iter(range(10)), tmp_path / "run.h5"
 
     def appending(writer: RecordingWriter, *what: object) -> None:
         if next(calls) == 2:
             raise OSError(28, "No space left on device")
         append(writer, *what)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(RecordingWriter, "append", appending)
-    with Instrument.from_toml(bench_toml(tmp_path)) as bench, pytest.raises(OSError, match="No space left") as caught:
-        bench.run(LONG, tmp_path / "run.h5")
-    assert caught.value.__notes__ == [f"2000 of 6000 patterns are kept in {tmp_path / 'run.h5'}"]
-    recording = open_recording(tmp_path / "run.h5")
-    assert recording.frame_valid.tolist() == [True] * 333 + [False]  # 2000 = 333 x 6 + 2
-    assert plain.text(tmp_path / "run.h5", "entry/interrupted") == "[Errno 28] No space left on device"
+    with Instrument.from_toml(bench_toml(tmp_path)) as bench:
+        undisturbed = bench.run(LONG, tmp_path / "undisturbed.h5")
+        monkeypatch.setattr(RecordingWriter, "append", appending)
+        with pytest.raises(
+            StorageFailed, match=r"run.h5, which could not be written: \[Errno 28\] No space left"
+        ) as caught:
+            bench.run(LONG, path)
+    assert caught.value.exit_code == 3
+    (spill,) = tmp_path.glob("run.h5.*.spill")
+    (note,) = caught.value.__notes__
+    assert "of 6000 patterns were counted; those before " in note
+    assert note.endswith(f"the others are in {spill}; join them with `kinopix recover {path}`")
+    recovered = recover(path)
+    assert recovered is not None
+    values = open_recording(path).values.ravel()[: recovered.patterns]
+    assert note.startswith(f"{recovered.patterns} of 6000")
+    assert recovered.patterns >= 3000
+    assert not spill.exists()
+    np.testing.assert_array_equal(values, undisturbed.values.ravel()[: recovered.patterns])
+    assert "No space left" in plain.text(path, "entry/interrupted")
 
 
 def test_a_listener_that_raises_changes_nothing_and_is_told(tmp_path: Path) -> None:

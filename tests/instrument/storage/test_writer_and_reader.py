@@ -259,18 +259,15 @@ def test_a_file_that_cannot_be_created_is_an_input_error(tmp_path: Path) -> None
     assert path.stat().st_size > 0
 
 
-def test_a_second_interrupt_while_it_finishes_is_the_error_that_is_seen(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_second_interrupt_while_it_finishes_is_the_error_that_is_seen(tmp_path: Path) -> None:
     """The values are there, and no other error hides the interrupt."""
 
     def interrupt(*_arguments: object) -> None:
         raise KeyboardInterrupt
 
     path = tmp_path / "run.h5"
-    writer = RecordingWriter(path, PLAN, picture_time_s=50e-6)
+    writer = RecordingWriter(path, PLAN, picture_time_s=50e-6, sync=interrupt)
     writer.append(COUNTS)
-    monkeypatch.setattr("instrument.storage.writer.os.fsync", interrupt)
     with writer, pytest.raises(KeyboardInterrupt):
         writer.finish()
     np.testing.assert_array_equal(open_recording(path).values.ravel(), COUNTS)

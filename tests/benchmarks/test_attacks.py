@@ -1,0 +1,28 @@
+"""Disks that fail in mid-run, and programs that are killed: the short form of ``benchmarks.attack_disk`` and ``attack_kill``."""
+
+import sys
+
+import pytest
+
+from benchmarks.attack_disk import cut, disk_full
+from benchmarks.attack_kill import killed
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="limits of another process (prlimit) are Linux")
+
+
+def test_a_full_disk_ends_the_run_and_costs_no_count() -> None:
+    for row in disk_full(2, seed=1, frames=4000):
+        assert row.good, row
+        assert row.ended_s < 5
+
+
+def test_a_file_that_is_cut_ends_the_run_with_one_paragraph() -> None:
+    (row,) = cut(1, seed=1, frames=4000)
+    assert (row.exit_code, row.paragraphs) == (3, 1)
+    assert "another program has cut while" in row.said
+    assert row.ended_s < 5
+
+
+def test_a_killed_run_lacks_at_most_a_tenth_of_a_second() -> None:
+    for row in killed(2, seed=1):
+        assert row.good, row
