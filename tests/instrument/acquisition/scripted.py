@@ -147,6 +147,7 @@ class Stage(Device):
 
     limits = StageLimits(travel_mm=(0.0, 400.0), max_velocity_mm_s=50.0, max_acceleration_mm_s2=200.0)
     homed = True
+    stands_by_s = 0.0
 
     def check(self, target_mm: float, profile: MotionProfile) -> None:
         self.limits.check_target(target_mm, "stage")
