@@ -343,7 +343,7 @@ def test_a_stop_reaches_the_stage_while_another_thread_waits(
 
 
 def test_it_tells_by_when_it_stands_even_if_no_stop_is_obeyed(rig: StageRig, stage: LinearStage, spot: Spot) -> None:
-    """What a person at the bench is told where the stage cannot be asked: never too early, and not so late that it says nothing."""
+    """What a person at the bench is told where the stage cannot be asked: never too early, nor so late that it says nothing."""
     before_s = rig.clock.now_s()
     motion = stage.move_by(spot.reach_mm, spot.profile)
     whole_s, by_s = spot.profile.duration_s(spot.reach_mm), stage.stands_by_s

@@ -5,6 +5,7 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 from threading import Thread
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -103,9 +104,9 @@ def test_a_run_that_is_aborted_at_a_random_moment_ends_safe_with_a_valid_recordi
 @pytest.mark.parametrize("dialect", ["mc600", "sc300"])
 @pytest.mark.parametrize(("frames", "left_s"), [(300, 2.0), (2000, 12.0)], ids=["soon over", "long"])
 def test_a_stage_that_ignores_the_stop_is_never_called_safe_while_it_moves(
-    tmp_path: Path, dialect: str, frames: int, left_s: float
+    tmp_path: Path, dialect: Literal["mc600", "sc300"], frames: int, left_s: float
 ) -> None:
-    """Aborted as the counting begins: about the run's own time is left to move, 6 ms a frame, at most 20 % and 1 s more by what is told.
+    """Aborted as the counting begins: about the run's own time is left to move, 6 ms a frame, and 20 % and 1 s more are told.
 
     Where that is soon, the bench waits until the stage stands, and the run ends as any that was aborted.
     """
