@@ -172,7 +172,7 @@ class SimulatedCounter:
         return max(0, len(bench.edges(armed.first_edge, bench.clock.now_s())) - 1)
 
     def _see_lag(self, armed: _Armed, bins: int) -> None:
-        """Note how long ago the last bin that is handed over closed: in virtual time never, in real time while light is worked out."""
+        """Note how long ago the last bin that is handed over closed: in virtual time it never waits for its light."""
         if bins:
             closed_s = self._bench.edges((armed.first_edge or 0) + armed.done, math.inf).time_s[0]
             self._lag_s = max(self._lag_s, self._bench.clock.now_s() - float(closed_s))

@@ -9,6 +9,7 @@ that runs as a job in the background has inherited an ignored Ctrl-C, so each pr
 import subprocess
 import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 
@@ -57,13 +58,16 @@ COMMAND = 'runpy.run_module("kinopix", run_name="__main__", alter_sys=True)\n'
 def ended(what: str, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
     """Run the command in a process of its own, with ``what`` prepared to happen to it."""
     argv = f"sys.argv = {['kinopix', *map(str, arguments)]!r}\n"
-    return subprocess.run(
-        [sys.executable, "-c", BEGIN + argv + what + "\n" + COMMAND],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=60,
-    )
+    with TemporaryDirectory() as folder:  # as a module: only so is it ended as ``python -m kinopix`` is
+        (Path(folder) / "attacked.py").write_text(BEGIN + argv + what + "\n" + COMMAND)
+        return subprocess.run(
+            [sys.executable, "-m", "attacked"],
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=60,
+        )
 
 
 def assert_one_paragraph(done: subprocess.CompletedProcess[str], code: int) -> None:
@@ -156,4 +160,13 @@ def test_an_interrupt_that_is_lost_in_a_destructor_comes_again(tmp_path: Path) -
         "from instrument.session import Run\n"
         "at(Run, 'wait', lambda: Dying())"
     )
+    assert_one_paragraph(ended(what, *arguments), 130)
+
+
+def test_an_interrupt_in_the_text_of_an_exec_ends_with_the_same_code(tmp_path: Path) -> None:
+    """Python would end by the signal itself (-2), though the interrupt was met: dataclasses and pydantic run such texts."""
+    out = tmp_path / "run.h5"
+    arguments = ("run", "--bench", bench_toml(tmp_path), "--plan", plan_toml(tmp_path, PLAN), "--out", out)
+    text = "send('SIGINT')\\n[None for _ in range(1000)]"
+    what = f'from instrument.session import Run\nat(Run, "wait", lambda: exec("{text}", globals()))'
     assert_one_paragraph(ended(what, *arguments), 130)
