@@ -6,7 +6,7 @@
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
 from importlib import import_module
@@ -88,19 +88,18 @@ def _worded(row: Any) -> str:
     return ", ".join(f"{field.name} {getattr(row, field.name)}" for field in fields(row))
 
 
-def attacked(roads: Sequence[str], seed: int, *, short: bool, seconds: float) -> list[Line]:
-    """Go each road, until the time is over: what is left then is not tried, and the table says so."""
+def attacked(roads: Sequence[str], seed: int, *, short: bool, seconds: float) -> Iterator[Line]:
+    """Go each road and give its line, until the time is over: what is left then is not tried, and the table says so."""
     clock = MonotonicClock()
-    begun_s, lines = clock.now_s(), list[Line]()
+    begun_s = clock.now_s()
     for road in roads:
         attack, few, many, most_bad = ROADS[road]
         went_s = clock.now_s()
         if went_s - begun_s > seconds:
-            lines.append(Line(road, 0, 0, most_bad, 0.0, "not tried: the time was over"))
+            yield Line(road, 0, 0, most_bad, 0.0, "not tried: the time was over")
             continue
         rows = attack(few if short else many, seed)
-        lines.append(line_of(road, rows, most_bad, clock.now_s() - went_s))
-    return lines
+        yield line_of(road, rows, most_bad, clock.now_s() - went_s)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -111,12 +110,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seconds", type=float, default=1800.0, help="no new road is begun after so long")
     parser.add_argument("--road", action="append", choices=list(ROADS), help="only this one; may be repeated")
     asked = parser.parse_args(arguments)
-    lines = attacked(asked.road or list(ROADS), asked.seed, short=asked.short, seconds=asked.seconds)
+    met = True
     print(f"{'road':34} {'tried':>6} {'bad':>5} {'goal':>5} {'took s':>7}  worst")
-    for line in lines:
+    for line in attacked(asked.road or list(ROADS), asked.seed, short=asked.short, seconds=asked.seconds):
         worst = " ".join(line.worst.split())[:160]
-        print(f"{line.road:34} {line.tried:6} {line.bad:5} {line.most_bad:5} {line.took_s:7.1f}  {worst}")
-    return 0 if all(line.met for line in lines) else 1
+        print(f"{line.road:34} {line.tried:6} {line.bad:5} {line.most_bad:5} {line.took_s:7.1f}  {worst}", flush=True)
+        met &= line.met
+    return 0 if met else 1
 
 
 if __name__ == "__main__":

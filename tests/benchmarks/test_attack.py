@@ -64,7 +64,7 @@ def test_the_table_counts_what_went_wrong_and_lets_nothing_through_that_was_not_
     assert not line_of("road", [*rows, Told(good=False)], 3, 1.0).met
     assert not line_of("road", [Told(good=False, doubtful=True)] * 4, 3, 1.0).met
     assert not line_of("road", [], 3, 1.0).met
-    assert attacked(["signals"], 1, short=True, seconds=-1.0)[0].worst == "not tried: the time was over"
+    assert next(attacked(["signals"], 1, short=True, seconds=-1.0)).worst == "not tried: the time was over"
 
 
 def test_a_road_whose_module_is_not_there_is_not_tried_and_not_met() -> None:
