@@ -16,7 +16,8 @@ from instrument.config import (
     settings_of,
     validate_table,
 )
-from protocols import Frozen, MotionProfile, PixelGrid
+from protocols import Frozen, InputError, MotionProfile, PixelGrid
+from protocols.plain_file import path_of
 
 _ONCE_OF_THE_PLAN = ("upsampling", "fourier_cycles", "hadamard_order", "shuffle_seed")
 """Keys that stood beside ``scheme`` in recordings of version 0.1."""
@@ -34,7 +35,18 @@ SLOWEST_MM_S: Final = 1e-6
 """A stage that is slower than this stands still."""
 
 
-class MotionPlan(Frozen):
+class _Numbers(Frozen):
+    """A table without switches, so that ``true`` in the place of a number is a mistake and not a 1."""
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _no_bool(cls, value: object) -> object:
+        if isinstance(value, bool):
+            raise ValueError(f"is {str(value).lower()}, which is no number")  # noqa: TRY004 - pydantic collects these
+        return value
+
+
+class MotionPlan(_Numbers):
     """How the stage carries the object during a run."""
 
     start_mm: Annotated[float, Field(ge=-1e6, le=1e6)] = 0.0
@@ -82,7 +94,7 @@ class MotionPlan(Frozen):
         return self.start_mm + (distance_mm if self.velocity_mm_s > 0 else -distance_mm)
 
 
-class Plan(Frozen):
+class Plan(_Numbers):
     """One run: what is shown, how often, how fast, and how the object moves meanwhile."""
 
     scheme: Annotated[SerializeAsAny[SchemeSettings], PlainValidator(settings_of)] = Field(
@@ -176,7 +188,7 @@ class Plan(Frozen):
         Raises:
             ConfigError: the file has mistakes; the error names all of them, with line and suggestion.
         """
-        document = read_document(Path(path))
+        document = read_document(path_of(path))
         problems = scheme_problems(document)
         values = {key: value for key, value in document.values.items() if key != "scheme" or not problems}
         plan, others = validate_table(cls, values, document)
@@ -197,3 +209,15 @@ class Plan(Frozen):
         if once and isinstance(values.get("scheme"), str):
             values["scheme"] = {"name": values["scheme"], **once}
         return cls.model_validate(values)
+
+
+def refuse_no_plan(plan: object) -> None:
+    """Refuse what a script passes for a plan and is none.
+
+    Raises:
+        InputError: names its type.
+    """
+    if not isinstance(plan, Plan):
+        raise InputError(
+            saw=f"a {type(plan).__name__}", expected="a plan", remedy="read the file first: Plan.from_toml(path)"
+        )

@@ -1,6 +1,10 @@
 """``python -m kinopix``: the command."""
 
-from kinopix.own_packages import claim_packages
+from kinopix.beginning import end_in_one_line
+
+end_in_one_line()
+
+from kinopix.own_packages import claim_packages  # noqa: E402 - what is loaded from here on may take long
 
 claim_packages()
 

@@ -162,14 +162,32 @@ class CounterOverrun(TimingFault):
 
 
 class SafeStateFailed(DeviceError):
-    """One or more devices could not be made safe. The others were."""
+    """One or more devices could not be made safe, or did not tell that they are. The others were, and did."""
 
-    def __init__(self, failures: dict[str, BaseException]) -> None:
-        """Name each device that may still be moving, showing or counting, with its own error."""
+    def __init__(self, failures: dict[str, BaseException], *, stands_in_s: float | None = None) -> None:
+        """Name each device that may still be moving, showing or counting, with its own error.
+
+        Args:
+            failures: by device.
+            stands_in_s: for a stage among them: seconds from now by which its motion is over, even if no stop is obeyed.
+        """
         self.failures = failures
+        self.stands_in_s = stands_in_s
         super().__init__(
             device=", ".join(failures),
-            saw="; ".join(f"{name}: {error}" for name, error in failures.items()),
+            saw="; ".join(_named(name, str(error)) for name, error in failures.items()),
             expected="stage stopped, modulator halted, counter disarmed",
-            remedy="look at the bench and switch off by hand what is named here",
+            remedy=f"look at the bench and switch off by hand what is named here{_and_wait(stands_in_s)}",
         )
+
+
+def _named(device: str, error: str) -> str:
+    return error if error.startswith(f"{device}:") else f"{device}: {error}"
+
+
+def _and_wait(stands_in_s: float | None) -> str:
+    if stands_in_s is None:
+        return ""
+    if stands_in_s <= 0:
+        return "; by what it was commanded, the stage has stood for some time"
+    return f"; by what it was commanded, the stage moves for another {stands_in_s:.1f} s at most: stay clear until then"

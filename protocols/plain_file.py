@@ -8,7 +8,15 @@ import errno
 import os
 import stat
 from pathlib import Path
-from typing import BinaryIO, Final
+from typing import BinaryIO, Final, cast
+
+from protocols.errors import InputError
+
+_LONGEST_PART: Final = 255
+"""Bytes of a file's or a folder's name at most, as ext4, NTFS and APFS have it."""
+
+_LONGEST_PATH: Final = 4095
+"""Bytes of a whole path at most, as Linux has it."""
 
 _KINDS: Final = (
     (stat.S_ISFIFO, "a named pipe (FIFO)"),
@@ -16,6 +24,31 @@ _KINDS: Final = (
     (stat.S_ISBLK, "a device"),
     (stat.S_ISSOCK, "a socket"),
 )
+
+
+def path_of(name: object) -> Path:
+    """Give what somebody passed for a file as a path, if any system could take it for one.
+
+    Raises:
+        InputError: it is no text and no path, has a NUL byte, or is longer than names may be.
+    """
+    if not isinstance(name, str | os.PathLike):
+        raise _no_name(f"a {type(name).__name__} in the place of a file")
+    path = Path(cast("str | os.PathLike[str]", name))
+    if "\0" in str(path):
+        raise _no_name(f"the name {str(path)!r}, which has a NUL byte")
+    longest = max((len(os.fsencode(part)) for part in path.parts), default=0)
+    if longest > _LONGEST_PART or len(os.fsencode(path)) > _LONGEST_PATH:
+        raise _no_name(f"a name of {max(longest, len(os.fsencode(path)))} bytes, which begins {str(path)[:40]!r}")
+    return path
+
+
+def _no_name(saw: str) -> InputError:
+    return InputError(
+        saw=saw,
+        expected=f"the name of a file: text or a path, each part of at most {_LONGEST_PART} bytes",
+        remedy="pass the name as it stands in the folder",
+    )
 
 
 class NoPlainFile(OSError):

@@ -171,6 +171,15 @@ class LinearStage(Protocol):
         """Whether ``position`` is known to be true to the stage's own origin."""
         ...
 
+    @property
+    def stands_by_s(self) -> float:
+        """Moment on the bench's clock, in seconds, by which every motion that was started is over, even if no stop is obeyed.
+
+        It follows from what was commanded (start, distance and profile; for homing the longest search) and asks the controller
+        nothing, so that it is known where the controller is mute too. Before the first motion it is in the past.
+        """
+        ...
+
     def check(self, target_mm: float, profile: MotionProfile) -> None:
         """Raise what ``move_to`` would raise for this target and profile, and move nothing.
 

@@ -31,6 +31,9 @@ from protocols import (
 
 _NAME: Final = "stage"
 
+_BEGINS_S: Final = 2.0
+"""Longest time from the call to the command on the line: a quiet line, a fence and the bytes themselves."""
+
 
 class Ka400z:
     """A Zolix KA400Z on an MC600 or SC300 controller.
@@ -49,6 +52,7 @@ class Ka400z:
         self._standing_mm: float | None = None
         self._homed = False
         self._closed = False
+        self._stands_by_s = context.clock.now_s()
         port = open_port(settings.port, context.transport, _NAME)
         try:
             dialect, firmware = probe(
@@ -103,6 +107,11 @@ class Ka400z:
         if self._motion is not None:
             _ = self._motion.done
         return self._homed
+
+    @property
+    def stands_by_s(self) -> float:
+        """Moment by which every motion command that was sent is carried out, even if no stop is obeyed."""
+        return self._stands_by_s
 
     def check(self, target_mm: float, profile: MotionProfile) -> None:
         """Raise what ``move_to`` would raise for this target and profile, and move nothing.
@@ -260,8 +269,10 @@ class Ka400z:
 
     def _start(self, motion: ZolixMotion, begin: Callable[[], float]) -> None:
         self._motion = motion  # before the bytes leave, so that a stop from another thread finds it
+        self._stands_by_s = self._clock.now_s() + _BEGINS_S + motion.limit_s
         try:
             motion.started_s = begin()
+            self._stands_by_s = motion.started_s + motion.limit_s
         except DeviceTimeout:
             self.stop()  # the command may have arrived, though its answer did not
             raise

@@ -41,7 +41,8 @@ class ZolixMotion:
         self._if_elsewhere = if_elsewhere
         self._target_mm = target_mm
         self._profile = profile
-        self._limit_s = limit_s
+        self.limit_s: Final = limit_s
+        """Longest time from the start to the end, in seconds."""
         self._stop_stage = stop_stage
         self._ended = ended
         self.started_s = self._clock.now_s()
@@ -159,7 +160,7 @@ class ZolixMotion:
 
     def _deadline_s(self) -> float:
         if self._stopped_s is None:
-            return self.started_s + self._limit_s
+            return self.started_s + self.limit_s
         rest_s = 1.2 * self._profile.velocity_mm_s / self._profile.acceleration_mm_s2 + 1.0
         return self._stopped_s + rest_s + 2 * self._time_to_leave_s()
 

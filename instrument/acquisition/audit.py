@@ -6,7 +6,7 @@ import numpy as np
 
 from instrument.acquisition.alignment import AlignedBlock
 from instrument.recording import TimingReport
-from protocols import CounterReport, Floats, Mask
+from protocols import CounterReport, Floats, Integers, Mask
 
 JITTER_WARNING: Final = 0.001
 """Standard deviation of the edge period, in periods, above which a note is made (50 ns at 20 kHz)."""
@@ -43,6 +43,8 @@ class TimingAudit:
         self._light = 0.0
         self._doubts: list[str] = []
         self._found: dict[str, list[int]] = {"gaps": [], "doubles": [], "irregular": []}
+        self._disorder: set[str] = set()
+        self._latest_edge_s = -np.inf
         self._last_edge_s = np.nan
         self._steps = 0
         self._sum = 0.0
@@ -64,11 +66,24 @@ class TimingAudit:
             room = _LISTED - len(self._found[name])
             self._found[name].extend(int(k) for k in where[:room])
         if block.edge_time_s is not None:
+            self._refuse_disorder(block.edge_time_s, block.gaps - block.first_pattern)
             self._see_edges(block.edge_time_s)
         if photon_counts and bool(np.any(block.valid)):
             lit = block.values[block.valid]
             self._brightest = max(self._brightest, float(lit.max()))
             self._nonlinear += int(np.count_nonzero(lit > self._limit_hz * self._period_s))
+
+    def _refuse_disorder(self, edge_time_s: Floats, gaps: Integers) -> None:
+        """Distrust a counter whose edge times are no numbers where an edge was seen, or go back: nothing they tell is sure."""
+        seen = np.ones(len(edge_time_s), bool)
+        seen[gaps[(gaps >= 0) & (gaps < len(seen))]] = False
+        known = edge_time_s[np.isfinite(edge_time_s)]
+        if not np.isfinite(edge_time_s[seen]).all():
+            self._disorder.add("edge times that are no numbers")
+        if bool(np.any(np.diff(known, prepend=self._latest_edge_s) <= 0)):
+            self._disorder.add("edge times that go back")
+        if len(known):
+            self._latest_edge_s = max(self._latest_edge_s, float(known.max()))
 
     def _see_edges(self, edge_time_s: Floats) -> None:
         steps = np.diff(edge_time_s, prepend=self._last_edge_s) - self._period_s
@@ -123,7 +138,7 @@ class TimingAudit:
         doubts = self._all_doubts(counter)
         flagged = any(self._found.values()) or not valid.all()
         return TimingReport(
-            verdict="failed" if doubts or not complete else "flagged" if flagged else "good",
+            verdict="failed" if doubts else "partial" if not complete else "flagged" if flagged else "good",
             patterns_expected=self._patterns,
             patterns_recorded=self._recorded,
             bins_received=self._bins,
@@ -152,7 +167,7 @@ class TimingAudit:
 
     def _all_doubts(self, counter: CounterReport) -> list[str]:
         """What makes every frame doubtful: what was told before, and what the whole run shows."""
-        doubts = list(self._doubts)
+        doubts = [*self._doubts, *(f"the counter gave {what}" for what in sorted(self._disorder))]
         surplus = self._surplus(counter)
         if counter.shifted:
             doubts.append("the counter's bins may have shifted against the edges")
@@ -169,6 +184,9 @@ class TimingAudit:
         if len(counter.notes) > _NOTES:
             notes.append(f"{len(counter.notes) - _NOTES} more notes of the counter are left out")
         notes += [f"no frame can be trusted: {doubt}" for doubt in doubts]
+        if self._recorded < self._patterns and not doubts:
+            good = int(np.count_nonzero(self.frame_valid(counter)))
+            notes.append(f"the run ended early; {good} of its {self._patterns // self._per_frame} frames are good")
         most_s = JITTER_WARNING * self._period_s
         if jitter_s is not None and jitter_s > most_s:
             notes.append(

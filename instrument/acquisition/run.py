@@ -12,6 +12,7 @@ from protocols import (
     CountBlock,
     CounterReport,
     CounterRun,
+    DeviceError,
     KinopixError,
     Mask,
     ModulatorTiming,
@@ -172,6 +173,7 @@ class _Reader:
         most = devices.counter.limits.max_bins
         self._armed = CounterRun(n_bins=room if most is None else min(room, most), period_s=period_s)
         self.bins = 0
+        self._plays_until_s = 0.0
         self.motion: Motion | None = None
 
     def run(self, plan: Plan) -> None:
@@ -189,6 +191,7 @@ class _Reader:
             self._run_up(plan.motion.run_up_s)
         host.phase("counting")
         modulator.start()
+        self._plays_until_s = self._devices.clock.now_s() + self._patterns * self._armed.period_s
         host.checkpoint()
         self._read_all()
         host.phase("coming to rest")
@@ -208,7 +211,7 @@ class _Reader:
         patience_s = self._armed.latency_s + STALL_MARGIN_S + STALL_PERIODS * self._armed.period_s
         while self._aligner.patterns < self._patterns:
             waited_s = patience_s if self.bins else patience_s + START_MARGIN_S
-            block = self._devices.counter.read(waited_s)
+            block = self._read(waited_s)
             if len(block):
                 self._take(block)
             self._host.checkpoint()
@@ -216,13 +219,33 @@ class _Reader:
                 self._aligner.place(block)  # which tells a block that was lost from edges that never came
                 raise self._nothing_came(waited_s)
 
-    def _nothing_came(self, waited_s: float) -> TimingFault:
+    def _read(self, patience_s: float) -> CountBlock:
+        """Wait for a block. Where none comes for a moment, a modulator that was halted is not waited for any longer."""
+        moment_s = self._armed.latency_s + STALL_PERIODS * self._armed.period_s
+        if not self.bins or moment_s >= patience_s:
+            return self._devices.counter.read(patience_s)
+        block = self._devices.counter.read(moment_s)
+        return block if len(block) or self._halted() else self._devices.counter.read(patience_s - moment_s)
+
+    def _halted(self) -> bool:
+        """Whether the modulator plays no more, though the time of its last picture has not come."""
+        devices = self._devices
+        return devices.clock.now_s() < self._plays_until_s and not _still_playing(devices.modulator)
+
+    def _nothing_came(self, waited_s: float) -> KinopixError:
         if self.bins >= self._armed.n_bins:
             return TimingFault(
                 device=self._devices.counter.identity.name,
                 saw=f"{self.bins} bins that make only {self._aligner.patterns} of {self._patterns} patterns",
                 expected="one sync edge a pattern",
                 remedy="look for bounces on the sync line, and compare the picture time with the counter's own timebase",
+            )
+        if self._halted():
+            return DeviceError(
+                device=self._devices.modulator.identity.name,
+                saw=f"a modulator that plays no more after {self._aligner.patterns} of {self._patterns} patterns",
+                expected="a modulator that plays to its end",
+                remedy="find out who halted it: a script must leave the devices alone while a run goes on",
             )
         return TriggerMissed(
             self._devices.counter.identity.name,

@@ -65,7 +65,8 @@ def record(bench: Path, plan: "Plan", out: Path, *, overwrite: bool, live: bool 
     """Run one plan with progress bars, and with motion and image below them if ``live``.
 
     Raises:
-        KinopixError: as ``Instrument.run``; Ctrl-C ends the command with 130 after the bench was made safe.
+        KinopixError: as ``Instrument.run``.
+        KeyboardInterrupt: after the bench was made safe; the notes say what is kept.
     """
     from instrument.session import Instrument
     from instrument.storage import remains_of
@@ -83,14 +84,9 @@ def record(bench: Path, plan: "Plan", out: Path, *, overwrite: bool, live: bool 
         listeners: list[Listener] = [_ProgressBars(bars, plan.patterns)]
         if analysis is not None and isinstance(shown, LiveView):
             listeners += [analysis, shown]
-        try:
-            with instrument.start(plan, out, overwrite=overwrite, listeners=listeners) as run:
-                recording = run.wait()
-                run.wait_for_listeners(POLISH_S)
-        except KeyboardInterrupt as interrupt:
-            kept = "; ".join(getattr(interrupt, "__notes__", ())) or "nothing was recorded"
-            warn(f"interrupted: the bench is safe; {kept}")
-            raise typer.Exit(130) from None
+        with instrument.start(plan, out, overwrite=overwrite, listeners=listeners) as run:
+            recording = run.wait()
+            run.wait_for_listeners(POLISH_S)
     for failure in run.snapshot.listener_failures:
         warn(f"{failure.listener} ended early, the recording did not: {failure.error}")
     if analysis is not None and analysis.counters.frames_dropped:

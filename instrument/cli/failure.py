@@ -1,7 +1,7 @@
 """How the command tells what went wrong: one clear paragraph and an exit code, for every error that has a cause."""
 
 from instrument.views import show_error
-from protocols import InputError, KinopixError
+from protocols import InputError, KinopixError, SafeStateFailed
 
 
 def exit_code_of(error: Exception) -> int | None:
@@ -14,6 +14,11 @@ def exit_code_of(error: Exception) -> int | None:
         return None
     show_error(known)
     return known.exit_code
+
+
+def is_unsafe(error: BaseException) -> bool:
+    """Whether an error says that the bench could not be made safe, which no other must hide."""
+    return isinstance(error, SafeStateFailed)
 
 
 def _in_words(error: OSError | MemoryError) -> KinopixError:

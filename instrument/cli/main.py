@@ -1,14 +1,48 @@
 """The command's frame: its sub-commands, and how it ends."""
 
-import signal
 import sys
-from typing import Annotated
+from collections.abc import Generator
+from contextlib import contextmanager
+from typing import Annotated, Any, Final
 
 import typer
+from typer.core import TyperGroup
 
 from instrument.cli import acquire, analyse, check, demo, drivers, info, recover
+from instrument.cli.interrupts import Interrupts
+
+INTERRUPTED: Final = 130
+"""Exit code after Ctrl-C, as a shell gives it: 128 and the signal's number."""
+
+UNSAFE: Final = 3
+"""Exit code of a fault of a device. It stands above an interrupt: that the bench could not be made safe must not be missed."""
+
+
+@contextmanager
+def _telling() -> Generator[None]:
+    """Tell an interrupt before typer words it in its own way, or in none."""
+    try:
+        yield
+    except KeyboardInterrupt as interrupt:
+        raise typer.Exit(_told(interrupt)) from None
+
+
+class _Group(TyperGroup):
+    """The sub-commands, which tell of an interrupt."""
+
+    def make_context(self, *arguments: Any, **options: Any) -> Any:
+        """Read the arguments."""
+        with _telling():
+            return super().make_context(*arguments, **options)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the sub-command."""
+        with _telling():
+            return super().invoke(ctx)
+
 
 app = typer.Typer(
+    cls=_Group,
     help="Single-pixel imaging of moving objects: run the bench, follow the object, see it sharp.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -43,12 +77,25 @@ def root(
 def main(arguments: list[str] | None = None) -> None:
     """Run the command and end the process: 0 good, 2 wrong input, 3 device or timing fault, 130 interrupted.
 
-    Being ended by another program, or by a terminal that is closed, is as Ctrl-C: the bench is made safe first.
+    Being ended by another program (143), or by a terminal that is closed (129), is as Ctrl-C: the bench is made safe first.
     """
-    for name in ("SIGTERM", "SIGHUP"):  # Windows has no SIGHUP
-        if hasattr(signal, name):
-            signal.signal(getattr(signal, name), signal.default_int_handler)
-    sys.exit(status(arguments))
+    interrupts = Interrupts()
+    try:
+        interrupts.listen()
+        code = status(arguments, interrupts)
+    except KeyboardInterrupt as interrupt:  # it came before the sub-command, or after
+        code = _told(interrupt)
+    interrupts.over = True
+    # Python notes an interrupt that leaves the text of an exec, as dataclasses run one, and in the end kills itself by SIGINT
+    # for it, whatever the exit code, though the interrupt was met. The next such text that ends well takes the note back.
+    exec("")  # noqa: S102 - of nothing
+    sys.exit(code if code == UNSAFE else interrupts.exit_code(code))
+
+
+def _told(error: BaseException) -> int:
+    """Say in one paragraph that the command was interrupted, and what was kept; give the exit code."""
+    print("; ".join(["kinopix: interrupted", *getattr(error, "__notes__", ())]), file=sys.stderr)  # noqa: T201 - rich may be what broke
+    return INTERRUPTED
 
 
 def _refuse_bytes(arguments: list[str]) -> None:
@@ -64,16 +111,24 @@ def _refuse_bytes(arguments: list[str]) -> None:
             )
 
 
-def status(arguments: list[str] | None = None) -> int:
-    """Run the command and give its exit code."""
+def status(arguments: list[str] | None = None, interrupts: Interrupts | None = None) -> int:
+    """Run the command and give its exit code.
+
+    Args:
+        arguments: of the command; None takes those of the process.
+        interrupts: heard meanwhile. After one of them every error but ``SafeStateFailed`` is taken for its consequence: a library
+            that is interrupted in its midst words that in its own way.
+    """
     try:
         _refuse_bytes(sys.argv[1:] if arguments is None else arguments)
         app(arguments)
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else int(end.code is not None)
     except Exception as error:
-        from instrument.cli.failure import exit_code_of
+        from instrument.cli.failure import exit_code_of, is_unsafe
 
+        if interrupts is not None and interrupts.number is not None and not is_unsafe(error):
+            return _told(error)
         code = exit_code_of(error)
         if code is None:
             raise

@@ -22,6 +22,7 @@ from instrument.config.errors import ConfigError, Problem
 from instrument.config.positions import KeyPath
 from instrument.roles import ROLES, Role, RoleName
 from protocols import DriverPlugin, Frozen, ScenePlugin, TransportPlugin
+from protocols.plain_file import path_of
 
 OnAbort: TypeAlias = Literal["stop", "hold", "home"]
 """What the stage does after an abort: stop where it is, hold until the running move is done, or stop and look for home."""
@@ -152,7 +153,7 @@ def load_bench(path: str | Path) -> BenchConfig:
         ConfigError: every mistake in the file at once: in its tables, in plug-ins that are missing or broken, in their
             settings.
     """
-    return _checked(read_document(Path(path)))
+    return _checked(read_document(path_of(path)))
 
 
 def bench_of_tables(tables: Mapping[str, Any], title: str) -> BenchConfig:

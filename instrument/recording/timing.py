@@ -1,18 +1,22 @@
 """What the timing audit of a run found: the value, as acquisition makes it and the recording keeps it."""
 
-from typing import Literal
+from typing import Literal, TypeAlias
 
 from pydantic import NonNegativeInt, PositiveFloat
 
 from protocols import Frozen
 
+Verdict: TypeAlias = Literal["good", "flagged", "partial", "failed"]
+"""What the audit says of a run, in a word."""
+
 
 class TimingReport(Frozen):
     """The audit's result, as the recording stores it."""
 
-    verdict: Literal["good", "flagged", "failed"]
-    """``good``: every pattern in its own bin. ``flagged``: some frames are masked, the others are sure. ``failed``: no frame can
-    be trusted (edges are missing or surplus and nobody can tell where, or there is no light), or the run ended early."""
+    verdict: Verdict
+    """``good``: every pattern in its own bin. ``flagged``: some frames are masked, the others are sure. ``partial``: the run
+    ended early, and the frames until then that are not masked are sure. ``failed``: no frame can be trusted (edges are missing
+    or surplus and nobody can tell where, or there is no light)."""
 
     patterns_expected: NonNegativeInt
     """Patterns in the play order, the guard picture not counted."""

@@ -5,7 +5,7 @@ from functools import lru_cache
 from typing import TypeGuard
 
 from instrument.config import PluginBroken, find_plugin, scheme_plugin
-from instrument.plan import Plan
+from instrument.plan import Plan, refuse_no_plan
 from instrument.schemes.scheme import Scheme
 from protocols import KinopixError
 
@@ -14,10 +14,12 @@ def scheme_of(plan: Plan) -> Scheme:
     """Give the scheme that ``plan`` names; the same one for equal plans, so that its patterns are synthesised once.
 
     Raises:
+        InputError: ``plan`` is no plan.
         PluginMissing: the scheme is not installed.
         PluginBroken: what is installed under its name fails, is no scheme, or does not have the patterns that its settings
             state.
     """
+    refuse_no_plan(plan)
     return _made(_Key(plan))
 
 

@@ -14,6 +14,7 @@ from pydantic import ConfigDict, Field, NonNegativeInt, PlainSerializer, PlainVa
 from pydantic.json_schema import SkipJsonSchema
 
 from instrument.acquisition import AlignedBlock, Phase
+from instrument.recording import Verdict
 from protocols import Floats, Frozen
 
 
@@ -142,7 +143,7 @@ class FinishedEvent(_Event):
     """``failed``: an error ended it; ``aborted``: somebody did."""
     path: str | None = None
     """The recording, whole or partial; None where nothing is kept."""
-    verdict: Literal["good", "flagged", "failed"] | None = None
+    verdict: Verdict | None = None
     """Of the timing audit; None where the run broke before it."""
     error: str | None = None
     """What ended the run early."""

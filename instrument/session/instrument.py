@@ -4,11 +4,12 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from threading import Lock
+from types import TracebackType
 from typing import Self
 
 from instrument.acquisition import CheckReport, Devices, check_plan
 from instrument.config import BenchConfig, OnAbort, load_bench
-from instrument.plan import Plan
+from instrument.plan import Plan, refuse_no_plan
 from instrument.recording import Recording
 from instrument.schemes import scheme_of
 from instrument.session.channel import Listener
@@ -18,6 +19,7 @@ from instrument.session.safety import make_safe
 from instrument.session.work import Job
 from instrument.storage import refuse_existing, refuse_full_disk
 from protocols import InputError, LinearStage, PatternModulator, PhotonCounter, SafeStateFailed, WrongState
+from protocols.plain_file import path_of
 
 
 class Instrument:
@@ -43,6 +45,12 @@ class Instrument:
             px_per_mm: image pixels a millimetre of stage travel, where it was measured.
             description: JSON of the bench, for the recording.
         """
+        if not isinstance(devices, Devices):  # pyright: ignore[reportUnnecessaryIsInstance] - a script may pass anything
+            raise InputError(
+                saw=f"a {type(devices).__name__}",
+                expected="open devices",
+                remedy="open a bench with Instrument.from_toml(path), or compose devices with Devices.of",
+            )
         self._devices = devices
         self._on_abort: OnAbort = on_abort
         self._px_per_mm = px_per_mm
@@ -100,10 +108,7 @@ class Instrument:
         Raises:
             InputError: ``plan`` is no plan.
         """
-        if not isinstance(plan, Plan):  # pyright: ignore[reportUnnecessaryIsInstance] - a script may pass a path
-            raise InputError(
-                saw=f"a {type(plan).__name__}", expected="a plan", remedy="read the file first: Plan.from_toml(path)"
-            )
+        refuse_no_plan(plan)
         limits = self.modulator.limits
         return check_plan(
             plan,
@@ -144,7 +149,7 @@ class Instrument:
                 )
             _refuse_deaf(listeners)
             sequence = self.check(plan).passed()
-            path = Path(out) if out is not None else Path(f"run-{datetime.now(UTC):%Y%m%d-%H%M%S}.h5")
+            path = path_of(out) if out is not None else Path(f"run-{datetime.now(UTC):%Y%m%d-%H%M%S}.h5")
             refuse_existing(path, overwrite=overwrite)
             refuse_full_disk(path, plan.patterns)
             job = Job(plan, sequence, self._devices, path, overwrite, self._on_abort, self._description)
@@ -202,9 +207,17 @@ class Instrument:
         """Give the open bench."""
         return self
 
-    def __exit__(self, *exc: object) -> None:
-        """End a run that goes on, make every device safe and close it."""
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """End a run that goes on, make every device safe and close it. An interrupt is told what is kept, and that it is safe."""
+        run = self._run
+        cut_short = run is not None and not run.done
         self.close()
+        if error is not None and run is not None and cut_short:
+            error.add_note(run.settle("the bench was closed"))
+        if isinstance(error, KeyboardInterrupt):
+            error.add_note("the bench is safe")
 
 
 def _refuse_deaf(listeners: Sequence[Listener]) -> None:

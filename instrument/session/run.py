@@ -1,10 +1,11 @@
 """The handle of a run that goes on."""
 
 import time
+from collections.abc import Mapping
 from threading import Event as Flag
 from threading import Lock, Thread
 from types import TracebackType
-from typing import Final, Self
+from typing import Final, Never, Self
 
 from instrument.recording import Recording
 from instrument.session.aborting import AbortRequest
@@ -16,7 +17,7 @@ from instrument.session.safety import stop_at_once
 from instrument.session.snapshot import RunState, Snapshot
 from instrument.session.work import Ending, Job, carry_out
 from instrument.storage import open_recording
-from protocols import SafeStateFailed
+from protocols import InputError, SafeStateFailed
 
 SETTLE_S: Final = 10.0
 """So long further interrupts are put off while an interrupted run makes the bench safe and closes its file."""
@@ -85,18 +86,21 @@ class Run:
                 self._recording = open_recording(ending.path)
             return self._recording
 
-    def wait(self, timeout_s: float | None = None) -> Recording:
+    def wait(self, timeout_s: float | None = None, **unknown: Never) -> Recording:
         """Wait for the end and give the recording.
 
         Args:
             timeout_s: by the host's clock; None waits as long as it takes.
+            unknown: there are no others, and who writes ``timeout`` is told.
 
         Raises:
+            InputError: another argument, or a ``timeout_s`` that is no number.
             RunNotOver: a ``TimeoutError``: the run goes on.
             RunAborted: somebody aborted it. The notes say what is kept, as with every error here.
             SafeStateFailed: names each device that could not be made safe.
             KinopixError: what else ended the run early.
         """
+        _refuse_unknown(timeout_s, unknown)
         if not self._wait_over(timeout_s):
             now = self._snapshot
             raise RunNotOver(
@@ -207,4 +211,15 @@ class Run:
             verdict=None if ending.report is None else ending.report.verdict,
             error=None if error is None else str(error) or type(error).__name__,
             notes=(ending.kept, *failures, *([f"listeners missed {dropped} blocks"] if dropped else [])),
+        )
+
+
+def _refuse_unknown(timeout_s: object, unknown: Mapping[str, object]) -> None:
+    asked = ", ".join(f"{name}={value!r}" for name, value in unknown.items())
+    number = isinstance(timeout_s, int | float) and not isinstance(timeout_s, bool)
+    if unknown or not (timeout_s is None or number):
+        raise InputError(
+            saw=f"wait({asked or repr(timeout_s)})",
+            expected="seconds by the name of timeout_s, or nothing",
+            remedy="call wait(timeout_s=10.0), or wait() for as long as it takes",
         )

@@ -10,7 +10,7 @@ from typing import Any, Final, cast
 import numpy as np
 
 from instrument.config import bench_of_tables
-from instrument.plan import Plan
+from instrument.plan import Plan, refuse_no_plan
 from instrument.recording import Recording
 from instrument.roles import ROLES
 from instrument.session.instrument import Instrument
@@ -48,11 +48,12 @@ def simulate(
 
     Raises:
         ConfigError: every mistake in ``scene`` at once.
-        InputError: an ``image`` of another size, or not of transmissions; a ``path`` that gives something else than finite
-            places; a key of ``scene`` that says the same; an object that lets no light through.
+        InputError: no plan; an ``image`` of another size, or not of transmissions; a ``path`` that gives something else than
+            finite places; a key of ``scene`` that says the same; an object that lets no light through.
         PlanError: the bench cannot carry out the plan.
         TimingFault: ``scene`` has faults that break the run.
     """
+    refuse_no_plan(plan)
     table = _as_toml(scene or {})
     with TemporaryDirectory(prefix="kinopix-") as name:
         folder = Path(name)

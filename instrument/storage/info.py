@@ -8,6 +8,7 @@ from typing import Any, Final, Literal, TypeAlias
 import numpy as np
 from pydantic import NonNegativeInt, PositiveFloat, SerializeAsAny
 
+from instrument.config import PluginMissing
 from instrument.plan import Plan
 from instrument.recording import TimingReport
 from instrument.roles import ROLES
@@ -15,7 +16,8 @@ from instrument.storage import layout
 from instrument.storage.hdf5 import Group
 from instrument.storage.part import is_locked
 from instrument.storage.reader import opened_recording, plan_of, refuse_narrow_values, refuse_other_mask, timing_of
-from protocols import DeviceIdentity, Frozen
+from protocols import DeviceIdentity, Frozen, InputError
+from protocols.plain_file import path_of
 
 RecordingState: TypeAlias = Literal["complete", "interrupted", "being recorded", "cut off"]
 """``interrupted``: the run ended early and its file was closed. ``cut off``: its program ended without closing the file."""
@@ -78,8 +80,11 @@ class RecordingInfo(Frozen):
     end_time: str
     """The same; empty where the run goes on or was cut off."""
 
-    plan: SerializeAsAny[Plan]
-    """What was asked for."""
+    plan: SerializeAsAny[Plan] | None
+    """What was asked for; None where its scheme is not installed here."""
+
+    missing_scheme: str
+    """Name of the scheme that is not installed here; empty where it is. Without it the values cannot be read as light."""
 
     picture_time_s: PositiveFloat
     """Time from one pattern to the next, as read back from the modulator, in seconds."""
@@ -115,12 +120,13 @@ def recording_info(path: str | Path) -> RecordingInfo:
     Raises:
         InputError: as ``open_recording``.
     """
-    path = Path(path)
+    path = path_of(path)
     marked = path.is_file() and bool(is_locked(path))  # asked first: who has the file open holds a lock too
     with opened_recording(path) as entry:
-        plan = plan_of(path, entry)
+        plan, missing = _plan(path, entry)
         shape = entry.shape(layout.VALUES)
-        refuse_narrow_values(path, shape, plan)
+        if plan is not None:
+            refuse_narrow_values(path, shape, plan)
         state = _state(entry, marked=marked)
         writer = entry.attribute_of(layout.PROGRAM_NAME, "process_id") if state == "being recorded" else None
         return RecordingInfo(
@@ -136,6 +142,7 @@ def recording_info(path: str | Path) -> RecordingInfo:
             start_time=_text(entry, layout.START_TIME),
             end_time=_text(entry, layout.END_TIME),
             plan=plan,
+            missing_scheme=missing,
             picture_time_s=entry.number(layout.PICTURE_TIME_S),
             frames=shape[0],
             frames_masked=_masked(path, entry, shape[0]),
@@ -146,6 +153,17 @@ def recording_info(path: str | Path) -> RecordingInfo:
             devices=_devices(entry),
             analysis=_analysis(entry),
         )
+
+
+def _plan(path: Path, entry: Group) -> tuple[Plan | None, str]:
+    """The plan, or the name of the scheme that has to be installed before anybody can know it."""
+    try:
+        return plan_of(path, entry), ""
+    except InputError as error:
+        if not isinstance(error.__cause__, PluginMissing):
+            raise
+        scheme: Any = json.loads(entry.text(layout.PLAN))["scheme"]  # known to be there: its plug-in was looked for
+        return None, scheme if isinstance(scheme, str) else str(scheme["name"])
 
 
 def _text(entry: Group, name: str) -> str:

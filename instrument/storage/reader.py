@@ -17,6 +17,7 @@ from instrument.storage.in_use import in_use
 from instrument.storage.layout import unusable
 from instrument.storage.soundness import HDF5_ERRORS
 from protocols import Floats, InputError, Mask, Truth
+from protocols.plain_file import path_of
 
 
 def open_recording(path: str | Path) -> Recording:
@@ -29,7 +30,7 @@ def open_recording(path: str | Path) -> Recording:
         InputError: no such file, no HDF5, no recording, of a later layout, truncated, damaged, changed after the run, or open
             for writing in another program: says which, and the path inside the file.
     """
-    path = Path(path)
+    path = path_of(path)
     with opened_recording(path) as entry:
         return _recording(path, entry)
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 from rich.text import Text
 
-from instrument.views.terminal import coloured, figures_table
+from instrument.views.terminal import coloured, figures_table, plain
 
 if TYPE_CHECKING:  # only named in signatures: a table loads no numpy
     from instrument.plan import Plan
@@ -22,8 +22,8 @@ def recording_table(info: "RecordingInfo") -> Table:
         "written by": f"{info.program} {info.version}, layout {info.layout}, {info.file_bytes / 1e6:.1f} MB",
         "recorded": f"{info.start_time} to {info.end_time or '-'}",
         "state": _state(info),
-        "plan": plan_in_words(info.plan),
-        "frames": f"{info.frames} of {info.plan.frames}, {masked}",
+        "plan": _no_scheme(info.missing_scheme) if info.plan is None else plan_in_words(info.plan),
+        "frames": f"{info.frames} of {'?' if info.plan is None else info.plan.frames}, {masked}",
         "holds": _holds(info),
         **{role: _device(identity) for role, identity in info.devices.items()},
     }
@@ -34,6 +34,10 @@ def recording_table(info: "RecordingInfo") -> Table:
         rows |= _analysis(info.analysis)
         rows |= _numbered("doubt", info.analysis.table.get("doubts") or ())
     return figures_table(str(info.path), rows)
+
+
+def _no_scheme(name: str) -> Text:
+    return plain(f"its scheme {name!r} is not installed here: install the distribution that offers it", "yellow")
 
 
 def plan_in_words(plan: "Plan") -> str:

@@ -21,7 +21,14 @@ ERR: Final = Console(stderr=True, highlight=False, emoji=False)
 """Standard error, for progress, warnings and errors, so that the output of ``--json`` holds nothing else."""
 
 _LISTED = 8
-_COLOURS = {"good": "green", "warning": "yellow", "flagged": "yellow", "error": "red", "failed": "red"}
+_COLOURS = {
+    "good": "green",
+    "warning": "yellow",
+    "flagged": "yellow",
+    "partial": "yellow",
+    "error": "red",
+    "failed": "red",
+}
 
 _STEERING = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 """Characters that move a terminal's cursor, turn its writing round, or are none at all."""

@@ -342,6 +342,21 @@ def test_a_stop_reaches_the_stage_while_another_thread_waits(
     assert _stands(rig, stage).reported_mm < spot.middle_mm + spot.reach_mm - rig.tolerance_mm
 
 
+def test_it_tells_by_when_it_stands_even_if_no_stop_is_obeyed(rig: StageRig, stage: LinearStage, spot: Spot) -> None:
+    """What a person at the bench is told where the stage cannot be asked: never too early, nor so late that it says nothing."""
+    before_s = rig.clock.now_s()
+    motion = stage.move_by(spot.reach_mm, spot.profile)
+    whole_s, by_s = spot.profile.duration_s(spot.reach_mm), stage.stands_by_s
+    assert before_s + whole_s <= by_s <= rig.clock.now_s() + 2 * whole_s + 5.0
+    rig.clock.sleep_s(by_s - rig.clock.now_s())
+    assert motion.done, "it still moves"
+    stopped = stage.move_by(-spot.reach_mm, spot.profile)
+    begun_s = rig.clock.now_s()
+    stage.stop()
+    assert stage.stands_by_s >= begun_s + 0.5 * whole_s, "a stop that was sent is not a stop that was obeyed"
+    error_of(stopped.wait)
+
+
 @pytest.mark.parametrize("sign", SIGNS)
 def test_a_stage_that_was_stopped_moves_again(rig: StageRig, stage: LinearStage, spot: Spot, sign: int) -> None:
     stopped = stage.move_by(spot.reach_mm, spot.profile)

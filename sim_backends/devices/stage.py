@@ -184,6 +184,12 @@ class SimulatedStage:
         homing = self._homing
         return self._homed or (homing is not None and homing.done and homing.move.cut_s is None)
 
+    @property
+    def stands_by_s(self) -> float:
+        """Moment by which the last motion is over, had nobody cut it short."""
+        move = self._motion.move
+        return move.start_s + move.profile.duration_s(move.to_mm - move.from_mm)
+
     def check(self, target_mm: float, profile: MotionProfile) -> None:
         """Raise what ``move_to`` would raise, and move nothing."""
         self.limits.check_target(target_mm, _NAME)

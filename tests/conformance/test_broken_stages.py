@@ -108,6 +108,18 @@ class _PolledMotion:
         return self._motion.wait(timeout_s)
 
 
+class BelievesInItsStop(SimulatedStage):
+    @property
+    def stands_by_s(self) -> float:
+        return min(super().stands_by_s, self._motion.move.end_s)
+
+
+class PromisesTooMuch(SimulatedStage):
+    @property
+    def stands_by_s(self) -> float:
+        return self.clock.now_s()
+
+
 class AlwaysDone(SimulatedStage):
     def move_by(self, distance_mm: float, profile: MotionProfile) -> Any:
         motion = super().move_by(distance_mm, profile)
@@ -129,6 +141,8 @@ class AlwaysDone(SimulatedStage):
         (SwallowsErrors, suite.test_leaving_hides_no_error),
         (HomesWhenOpened, suite.test_nothing_is_homed_unless_it_is_asked_for),
         (StopsBehindTheMove, suite.test_a_stop_reaches_the_stage_while_another_thread_waits),
+        (BelievesInItsStop, suite.test_it_tells_by_when_it_stands_even_if_no_stop_is_obeyed),
+        (PromisesTooMuch, suite.test_it_tells_by_when_it_stands_even_if_no_stop_is_obeyed),
         (AlwaysDone, suite.test_a_move_returns_at_once_and_is_done_when_the_stage_stands),
     ],
 )

@@ -46,7 +46,7 @@ class Row:
     kept: int | None = None
     """Patterns in the recording; None: all. 0: no recording, or only raw counts."""
 
-    verdict: Literal["good", "flagged", "failed"] = "good"
+    verdict: Literal["good", "flagged", "partial", "failed"] = "good"
 
     gaps: tuple[int, ...] | None = ()
     """Patterns whose edge is missing, by the audit; None: too many to write down."""

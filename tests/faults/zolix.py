@@ -23,14 +23,17 @@ def _fault(line: str) -> str:
 
 
 def _mute(dialect: Dialect, fault: str, nth: int, *says: str, kept: int | None = 0) -> Row:
+    """A stage that does not tell whether it obeyed the stop: that it may still move is what is raised."""
     return Row(
         fault=fault,
         stage=dialect,
         emulator=_fault(f'kind = "mute", nth = {nth}'),
-        error=DeviceTimeout,
-        says=("stage", *says),
+        error=SafeStateFailed,
+        after=DeviceTimeout,
+        says=("stage", *says, "switch off by hand", "by what it was commanded, the stage"),
         kept=kept,
-        again=DeviceTimeout,
+        again=SafeStateFailed,
+        closing=SafeStateFailed,
     )
 
 
@@ -172,9 +175,9 @@ def mc600_rows() -> tuple[Row, ...]:
             kept=0,
             again="good",
         ),
-        _mute(dialect, "mute from a setting on", 10, "not a byte", "SetInitSpeed"),
-        _mute(dialect, "mute from the move on", 12, "not a byte", "GoPosition"),
-        _mute(dialect, "mute while it moves", 13, *_NEVER_ENDS, "the controller is mute", kept=None),
+        _mute(dialect, "mute from a setting on", 10, "no position (not a byte"),
+        _mute(dialect, "mute from the move on", 12, "no position but a predicted one"),
+        _mute(dialect, "mute while it moves", 13, "no position but a predicted one", kept=None),
         _gone(dialect, "the port vanishes at a setting", 10),
         _gone(dialect, "the port vanishes at the move", 12),
         _gone(dialect, "the port vanishes while it moves", 13, kept=None),
@@ -213,8 +216,8 @@ def sc300_rows() -> tuple[Row, ...]:
             emulator=_fault('kind = "corrupted-byte", at = "completion"'),
             again="good",
         ),
-        _mute(dialect, "mute from a setting on", 8, "not a byte", "FX,0"),
-        _mute(dialect, "mute while it moves", 10, *_NEVER_ENDS, "the controller is mute", kept=None),
+        _mute(dialect, "mute from a setting on", 8, "no position (not a byte"),
+        _mute(dialect, "mute while it moves", 10, "no position but a predicted one", kept=None),
         _gone(dialect, "the port vanishes at a setting", 8),
         _gone(dialect, "the port vanishes at the move", 10),
         _gone(dialect, "the port vanishes while it moves", 11, kept=None),

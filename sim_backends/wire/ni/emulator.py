@@ -37,7 +37,9 @@ class NiEmulator(_GrpcSessionOptions):  # type: ignore[misc]
         self._closing = threading.Lock()
         self._closed = False
         self._server.start()
-        super().__init__(grpc.insecure_channel(self.address), "")  # pyright: ignore[reportUnknownMemberType]
+        # The server is in this process: a proxy that the environment names for other hosts has no part in it.
+        options = [("grpc.enable_http_proxy", 0)]
+        super().__init__(grpc.insecure_channel(self.address, options), "")  # pyright: ignore[reportUnknownMemberType]
 
     def close(self) -> None:
         """Close the channel and stop the server."""

@@ -1,5 +1,6 @@
 """Devices that do what a script says, and a host that notes what it is told: for one run without a bench."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Self
 
@@ -106,6 +107,7 @@ class Counter(Device):
         self.armed: CounterRun | None = None
         self.timeouts_s: list[float] = []
         self.disarms_with: Exception | None = None
+        self.wait_s: Callable[[float], object] = lambda _duration_s: None
         self._given = 0
 
     def arm(self, run: CounterRun) -> None:
@@ -115,6 +117,8 @@ class Counter(Device):
     def read(self, timeout_s: float) -> CountBlock:
         self.timeouts_s.append(timeout_s)
         block = self.blocks.pop(0) if self.blocks else CountBlock(self._given, np.empty(0, np.uint32))
+        if not len(block):
+            self.wait_s(timeout_s)
         self._given = block.first_bin + len(block)
         return block
 
@@ -147,6 +151,7 @@ class Stage(Device):
 
     limits = StageLimits(travel_mm=(0.0, 400.0), max_velocity_mm_s=50.0, max_acceleration_mm_s2=200.0)
     homed = True
+    stands_by_s = 0.0
 
     def check(self, target_mm: float, profile: MotionProfile) -> None:
         self.limits.check_target(target_mm, "stage")
@@ -208,6 +213,7 @@ class Bench:
         self.clock = Clock()
         self.modulator = Modulator("dmd", self.log)
         self.counter = Counter("pmt", self.log, list(blocks))
+        self.counter.wait_s = self.clock.sleep_s
         self.stage = Stage("stage", self.log)
         self.host = Host(self.log, end_at)
         self.devices = Devices.of(

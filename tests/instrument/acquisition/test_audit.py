@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from instrument.acquisition import Aligner, TimingAudit, TimingReport
+from instrument.acquisition import AlignedBlock, Aligner, TimingAudit, TimingReport
 from protocols import CountBlock, CounterReport, Counts, Floats
 
 PERIOD_S = 50e-6
@@ -53,9 +53,9 @@ def test_a_lost_edge_masks_one_frame_and_names_the_pattern() -> None:
     assert (report.frames, report.frames_masked, report.bins_received) == (3, 1, 17)
 
 
-def test_a_run_that_ends_early_has_failed_and_keeps_its_whole_frames() -> None:
+def test_a_run_that_ends_early_is_partial_and_keeps_its_whole_frames() -> None:
     report = audited(periods(10), np.ones(9), patterns=18)
-    assert report.verdict == "failed"
+    assert report.verdict == "partial"
     assert report.frames == 1
 
 
@@ -127,3 +127,39 @@ def test_of_many_notes_of_a_counter_the_first_are_kept() -> None:
     notes = audit.report(told).notes
     assert len(notes) == 51
     assert notes[-1] == "10 more notes of the counter are left out"
+
+
+def told_by(*edges: Floats) -> TimingReport:
+    """Audit of blocks of six bins whose opening edges are these, as the aligner would give them."""
+    audit = TimingAudit(patterns=6 * len(edges), patterns_per_frame=6, picture_time_s=PERIOD_S, max_count_rate_hz=5e6)
+    none = np.zeros(0, np.int64)
+    for k, opening in enumerate(edges):
+        audit.see(
+            AlignedBlock(6 * k, np.ones(6), np.ones(6, bool), opening, none, none, none), bins=6, photon_counts=False
+        )
+    return audit.report(CounterReport(bins_closed=6 * len(edges)))
+
+
+def test_edge_times_that_are_no_numbers_or_go_back_make_every_frame_doubtful() -> None:
+    good = periods(12)
+    assert told_by(good[:6], good[6:]).verdict == "good"
+    for place in (0, 5, 8):
+        broken = good.copy()
+        broken[place] = np.nan
+        report = told_by(broken[:6], broken[6:])
+        assert (report.verdict, report.frames_masked) == ("failed", 2)
+        assert "no frame can be trusted: the counter gave edge times that are no numbers" in report.notes
+    for blocks in ((good[:6], good[:6]), (good[:6][::-1], good[6:]), (good[:6], good[6:] - 2 * PERIOD_S)):
+        report = told_by(*blocks)
+        assert (report.verdict, report.frames_masked) == ("failed", 2)
+        assert "no frame can be trusted: the counter gave edge times that go back" in report.notes
+
+
+def test_a_run_that_ended_early_is_partial_and_counts_its_good_frames() -> None:
+    """15 of 24 patterns: two whole frames, of which a lost edge spoils the second."""
+    whole = audited(periods(16), np.ones(15), patterns=24)
+    assert (whole.verdict, whole.frames, whole.frames_masked) == ("partial", 2, 0)
+    assert "the run ended early; 2 of its 4 frames are good" in whole.notes
+    spoilt = audited(np.delete(periods(16), 8), np.ones(14), patterns=24)
+    assert (spoilt.verdict, spoilt.frames_masked) == ("partial", 1)
+    assert "the run ended early; 1 of its 4 frames are good" in spoilt.notes

@@ -82,10 +82,13 @@ def test_the_last_nap_is_no_longer_than_what_is_left() -> None:
 
 
 def test_only_the_first_edge_is_waited_for_longer() -> None:
-    """0.05 s of latency, 0.2 s of margin and 100 periods of 50 us; one second more for the first picture."""
+    """0.05 s of latency, 0.2 s of margin and 100 periods of 50 us; one second more for the first picture.
+
+    Of later ones the 0.2 s are kept for a second look, after one at the modulator.
+    """
     bench = Bench(bins(0, 6), bins(6, 6), bins(12, 12))
     acquired(bench)
-    assert bench.counter.timeouts_s == pytest.approx([1.255, 0.255, 0.255])
+    assert bench.counter.timeouts_s == pytest.approx([1.255, 0.055, 0.055])
     assert bench.modulator.waited_s == pytest.approx(0.205)
 
 
@@ -109,7 +112,7 @@ def test_a_stall_keeps_what_came_before_where_edges_were_timed() -> None:
     assert (outcome.error.bins_read, outcome.error.bins_expected) == (15, 24)
     assert "then no sync edge for 0.255 s" in outcome.error.saw
     assert outcome.frame_valid.tolist() == [True, True, False]
-    assert outcome.report.verdict == "failed"
+    assert outcome.report.verdict == "partial"
     assert bench.log[-2:] == ["broke", "disarm"]
     assert not any("no frame can be trusted" in note for note in outcome.report.notes)
 

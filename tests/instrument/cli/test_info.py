@@ -1,11 +1,14 @@
 """``kinopix info`` as a user reads it."""
 
 import json
+import shutil
 from pathlib import Path
 
+import h5py
 import pytest
 
 from instrument.cli.main import status
+from tests.support import plain_hdf5 as plain
 from tests.support.benches import SMALL, bench_toml, plan_toml
 
 PHOTONS = 'noise = { kind = "poisson", peak_counts = 900, seed = 1 }'
@@ -61,3 +64,24 @@ def test_a_bad_file_among_good_ones_is_named_and_the_others_are_told(
     assert "something else than an HDF5 file" in printed.err
     assert "notes.txt" in printed.err
     assert [row["title"] for row in json.loads(printed.out)["recordings"]] == ["run"]
+
+
+def test_a_recording_whose_scheme_is_not_installed_shows_the_rest(
+    run_h5: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    strange = tmp_path / "strange.h5"
+    shutil.copy(run_h5, strange)
+    with h5py.File(strange, "r+") as file:
+        text = plain.text(run_h5, "entry/plan").replace('"fourier-hadamard"', '"of-another-lab"')
+        del file["entry/plan"]
+        file["entry/plan"] = text
+    capsys.readouterr()
+    assert status(["info", str(strange)]) == 0
+    said = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    assert "scheme 'of-another-lab' is not installed here" in said
+    assert "400 of ?, 0 masked" in said
+    assert "simulated DLP7000" in said
+    assert status(["info", "--json", str(strange)]) == 0
+    shown = json.loads(capsys.readouterr().out)["recordings"][0]
+    assert (shown["plan"], shown["missing_scheme"], shown["frames"]) == (None, "of-another-lab", 400)
+    assert status(["analyse", str(strange)]) == 2

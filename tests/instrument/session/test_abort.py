@@ -5,6 +5,7 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 from threading import Thread
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -12,8 +13,8 @@ import pytest
 from instrument.plan import MotionPlan, Plan
 from instrument.session import Instrument, Run, RunAborted
 from instrument.storage import open_recording
-from protocols import CounterRun
-from tests.faults.bench import bench_toml
+from protocols import CounterRun, SafeStateFailed
+from tests.faults.bench import bench_toml, scene_of
 from tests.faults.row import Row
 from tests.support import plain_hdf5 as plain
 
@@ -98,3 +99,41 @@ def test_a_run_that_is_aborted_at_a_random_moment_ends_safe_with_a_valid_recordi
             if path.exists():
                 assert_valid(path, complete=run.state == "done")
     assert "aborted" in outcomes
+
+
+@pytest.mark.parametrize("dialect", ["mc600", "sc300"])
+@pytest.mark.parametrize(("frames", "left_s"), [(300, 2.0), (2000, 12.0)], ids=["soon over", "long"])
+def test_a_stage_that_ignores_the_stop_is_never_called_safe_while_it_moves(
+    tmp_path: Path, dialect: Literal["mc600", "sc300"], frames: int, left_s: float
+) -> None:
+    """Aborted as the counting begins: about the run's own time is left to move, 6 ms a frame, and 20 % and 1 s more are told.
+
+    Where that is soon, the bench waits until the stage stands, and the run ends as any that was aborted.
+    """
+    deaf = Row(fault="deaf", stage=dialect, emulator='stop_works_moving = false\nbusy_policy = "mute"')
+    plan = PLAN.model_copy(update={"frames": frames})
+    with Instrument.from_toml(bench_toml(deaf, tmp_path)) as bench:
+        clock, scene = bench.devices.clock, scene_of(bench)
+
+        def place_mm(after_s: float = 0.0) -> float:
+            return float(scene._carried[-1][1](np.array([clock.now_s() + after_s]))[0])
+
+        run = bench.start(plan, tmp_path / "run.h5")
+        for event in run.events():
+            if event.kind == "block":
+                run.abort("the test")
+                break
+        if left_s < 4.0:
+            with pytest.raises(RunAborted):
+                run.wait(20)
+            assert place_mm() == place_mm(5.0)
+        else:
+            with pytest.raises(SafeStateFailed) as unsafe:
+                run.wait(20)
+            assert isinstance(unsafe.value.__cause__, RunAborted)
+            assert place_mm() != place_mm(1.0)
+            assert unsafe.value.stands_in_s is not None
+            assert place_mm(unsafe.value.stands_in_s) == place_mm(30.0)
+            assert left_s / 2 < unsafe.value.stands_in_s < 1.2 * (left_s + 1.0) + 1.0
+            clock.sleep_s(unsafe.value.stands_in_s)
+        assert open_recording(tmp_path / "run.h5").frame_valid.any()
