@@ -27,6 +27,8 @@ if sys.platform != "win32":
 FRAMES: Final = 8000
 """48,000 patterns: 2.4 s, and 1.9 MB of recording."""
 
+_HANGS_S: Final = 10.0
+
 _BENCH: Final = """
 [modulator]
 driver = "simulated"
@@ -84,8 +86,9 @@ class Row:
 
     @property
     def good(self) -> bool:
-        """Whether nothing was lost and all was told."""
-        return self.exit_code == 3 and self.paragraphs == 1 and self.exact and self.recovered == self.patterns
+        """Whether nothing was lost, all was told once, and nothing hung."""
+        told = self.exit_code == 3 and self.paragraphs == 1 and "Traceback" not in self.said
+        return told and self.ended_s <= _HANGS_S and self.exact and self.recovered == self.patterns
 
 
 def disk_full(moments: int, seed: int, frames: int = FRAMES) -> list[Row]:

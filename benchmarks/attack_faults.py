@@ -43,7 +43,7 @@ class Row:
     """Frames that the recording calls valid, and whose values are not those of the undisturbed run."""
 
     doubtful: bool
-    """Whether the run ended with an error, or its audit says anything but good."""
+    """Whether the run ended with an error, or its audit says anything but good, or has a note."""
 
     took_s: float
     """Time of the run, by the host's clock."""
@@ -92,7 +92,8 @@ def _row(at: Sequence[dict[str, Any]], *, edge_times: bool) -> Row:
         doubtful=error is not None
         or recording is None
         or recording.timing is None
-        or recording.timing.verdict != "good",
+        or recording.timing.verdict != "good"
+        or bool(recording.timing.notes),
         took_s=clock.now_s() - begun_s,
         traceback="".join(traceback.format_exception(error)) if strange else "",
     )

@@ -196,7 +196,10 @@ class TimingAudit:
             notes.append(f"the counter measures a period {offset_ppm:+.0f} ppm off the modulator's picture time")
         surplus = self._surplus(counter)
         if surplus and self._recorded >= self._patterns and self.timed:
-            notes.append(f"{surplus} sync edges after the run: something else triggers on the sync line")
+            notes.append(
+                f"{surplus} sync edges after the run: something else triggers on the sync line; if that, or a lost first edge, "
+                "came before the first picture, every pattern is displaced: compare the light with that of another run"
+            )
         if self._nonlinear:
             notes.append(f"{self._nonlinear} patterns above {self._limit_hz:.3g} counts/s: dim the light")
         return notes

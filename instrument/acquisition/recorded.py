@@ -42,7 +42,7 @@ def check_recording(path: str | Path) -> tuple[CheckReport, int]:
 
 
 def _completeness(info: RecordingInfo) -> Check:
-    planned = info.plan.frames
+    planned = "?" if info.plan is None else info.plan.frames
     if info.state == "complete":
         return Check("completeness", "good", f"whole: {info.frames} of {planned} frames, from {info.start_time}")
     why = {
@@ -96,7 +96,7 @@ def _timing(report: TimingReport | None) -> Check:
     match report.verdict:
         case "good":
             return Check("timing audit", "good", told)
-        case "flagged":
+        case "flagged" | "partial":
             return Check("timing audit", "warning", told)
         case "failed":
             return Check("timing audit", "error", told)

@@ -4,7 +4,6 @@ import math
 from typing import Final
 
 import numpy as np
-from scipy.ndimage import gaussian_filter
 
 from protocols import Floats, InputError
 from sim_backends.bench.image import AreaImage
@@ -28,6 +27,8 @@ def blurred(image: AreaImage, sigma_px: float) -> AreaImage:
     """
     if sigma_px == 0:
         return image
+    from scipy.ndimage import gaussian_filter  # noqa: PLC0415  (slow to load: only who blurs needs it)
+
     parts = min(_MOST_PARTS, math.ceil(_FINEST * image.cell_px / sigma_px))
     cell_px = image.cell_px / parts
     sigma = sigma_px / cell_px

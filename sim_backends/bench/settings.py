@@ -1,6 +1,6 @@
 """The ``[scene]`` table of bench.toml."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -10,17 +10,19 @@ from sim_backends.bench.fault_settings import Fault
 from sim_backends.bench.noise_settings import Noise, NoNoise
 from sim_backends.bench.realism import flaws
 
+_MOST_PATTERNS: Final = 1_000_000
+
 
 class SwappedPatterns(Frozen):
     """Two patterns of each frame that stand in each other's place in the modulator's memory."""
 
-    patterns_per_frame: Annotated[int, Field(ge=2, le=1_000_000)] = 6
+    patterns_per_frame: Annotated[int, Field(ge=2, le=_MOST_PATTERNS)] = 6
     """Patterns of a frame."""
 
-    first: Annotated[int, Field(ge=0)] = 4
+    first: Annotated[int, Field(ge=0, lt=_MOST_PATTERNS)] = 4
     """Place of the one in the frame, from 0. In the six-pattern scheme the Hadamard pattern is at 4."""
 
-    second: Annotated[int, Field(ge=0)] = 5
+    second: Annotated[int, Field(ge=0, lt=_MOST_PATTERNS)] = 5
     """Place of the other, from 0. In the six-pattern scheme the complement is at 5."""
 
     @model_validator(mode="after")

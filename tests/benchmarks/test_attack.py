@@ -67,5 +67,12 @@ def test_the_table_counts_what_went_wrong_and_lets_nothing_through_that_was_not_
     assert next(attacked(["signals"], 1, short=True, seconds=-1.0)).worst == "not tried: the time was over"
 
 
+def test_what_took_too_much_memory_is_not_met() -> None:
+    line = line_of("road", [Told(good=True)], 0, 1.0)
+    assert 0.05 < line.most_gb < 2.0
+    assert line.met
+    assert not replace(line, most_gb=2.1).met
+
+
 def test_a_road_whose_module_is_not_there_is_not_tried_and_not_met() -> None:
     assert attack.elsewhere("attack_by_nobody", "function")(3, 1) == []

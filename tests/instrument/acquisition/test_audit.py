@@ -62,7 +62,7 @@ def test_a_run_that_ends_early_is_partial_and_keeps_its_whole_frames() -> None:
 def test_edges_after_the_run_are_counted() -> None:
     report = audited(periods(13), np.ones(12), patterns=12, edges_seen=16)
     assert report.surplus_edges == 3
-    assert any("3 sync edges after the run" in note for note in report.notes)
+    assert any("3 sync edges after the run" in note and "every pattern is displaced" in note for note in report.notes)
 
 
 def test_patterns_above_the_linear_limit_are_counted() -> None:

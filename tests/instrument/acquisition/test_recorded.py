@@ -55,8 +55,20 @@ def test_lost_and_surplus_edges_are_counted_again_as_in_the_run(tmp_path: Path, 
 def test_a_run_that_broke_is_sound_and_not_whole(tmp_path: Path) -> None:
     found, code = outcomes(recorded(tmp_path, 'faults = [{ kind = "stall", picture = 100 }]'))
     assert found["completeness"] == "error"
+    assert found["timing audit"] == "warning"  # partial: what came before is sure
     assert found["values against raw counts"] == "good"
     assert code == 3
+
+
+def test_a_recording_of_a_scheme_that_is_not_installed_cannot_be_trusted_here(tmp_path: Path) -> None:
+    path = recorded(tmp_path)
+    with plain.opened(path, "r+") as file:
+        file["entry/plan"][()] = '{"scheme": "holography"}'
+    report, code = check_recording(path)
+    assert code == 2
+    assert [check.outcome for check in report.checks] == ["good", "error"]
+    assert report.checks[0].message.startswith("whole: 40 of ? frames")
+    assert "holography" in report.checks[1].message
 
 
 def test_a_value_that_was_changed_is_found_by_its_checksum(tmp_path: Path) -> None:

@@ -87,7 +87,7 @@ def test_a_run_that_broke_says_why_and_how_far_it_came(tmp_path: Path) -> None:
     assert info.frames == len(recording) < 40
     assert info.frames_masked == int((~recording.frame_valid).sum()) > 0
     assert info.timing is not None
-    assert info.timing.verdict == "failed"
+    assert info.timing.verdict == "partial"
 
 
 def test_a_run_that_goes_on_is_told_from_one_that_was_cut_off(tmp_path: Path) -> None:
@@ -133,7 +133,6 @@ def test_a_recording_of_layout_1_0(tiny: Path) -> None:
         bad.later,
         bad.no_values,
         bad.narrow,
-        bad.strange_plan,
         bad.short_mask,
         bad.gone,
         bad.folder,
@@ -147,6 +146,14 @@ def test_a_file_that_is_no_good_is_refused_as_by_whoever_reads_it(tiny: Path, ha
     with pytest.raises(InputError) as read:
         open_recording(tiny)
     assert str(told.value) == str(read.value)
+
+
+def test_a_scheme_that_is_not_installed_is_named_and_its_values_are_refused(tiny: Path) -> None:
+    bad.strange_plan(tiny)
+    info = recording_info(tiny)
+    assert (info.plan, info.missing_scheme, info.frames) == (None, "holography", 8)
+    with pytest.raises(InputError, match="holography"):
+        open_recording(tiny)
 
 
 @pytest.fixture
