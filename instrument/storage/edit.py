@@ -3,8 +3,9 @@
 import os
 import sys
 from collections.abc import Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
@@ -12,8 +13,12 @@ from instrument.storage import layout
 from instrument.storage.hdf5 import File, Group, open_to_read
 from instrument.storage.in_use import refuse_while_written
 from instrument.storage.part import Part, remove_remains
+from instrument.storage.room import Room
 from instrument.storage.soundness import HDF5_ERRORS
 from protocols import InputError
+
+_METADATA_BYTES: Final = 1 << 18
+"""What HDF5 needs beside the numbers, by far."""
 
 
 def refuse_unchangeable(path: Path, into: Path | None = None) -> None:
@@ -41,7 +46,7 @@ def refuse_unchangeable(path: Path, into: Path | None = None) -> None:
 
 
 @contextmanager
-def rewritten(path: Path, into: Path | None = None) -> Generator[Group]:
+def rewritten(path: Path, into: Path | None = None, *, more_bytes: int) -> Generator[Group]:
     """Give ``/entry`` of a copy of a recording, without its analysis, and put the copy in place at the end.
 
     It serves three needs: what is added is there whole or not at all, a file whose writer died is sound again, and the
@@ -51,9 +56,11 @@ def rewritten(path: Path, into: Path | None = None) -> Generator[Group]:
     Args:
         path: the recording.
         into: where the copy goes; None for the place of ``path``.
+        more_bytes: numbers and texts that will be added. Room for them and the copy is taken before HDF5 writes, which
+            cannot live with a write that fails.
 
     Raises:
-        InputError: the recording was changed by somebody else meanwhile, or the copy cannot be made.
+        InputError: the recording was changed by somebody else meanwhile, or the copy cannot be made: there is no room.
     """
     source = path.resolve()
     before = source.stat()
@@ -63,7 +70,7 @@ def rewritten(path: Path, into: Path | None = None) -> Generator[Group]:
     except OSError as error:
         raise _unstorable(f"{target.parent}, where no file can be made ({error})") from error
     try:
-        with File(part.path, "w", locks=False) as new:
+        with _with_room(path, part, before.st_size + more_bytes + _METADATA_BYTES) as new:
             yield _copied(path, source, new)
         _give_what_goes_along(source, before, part.path)
         with part.path.open("rb+") as written:
@@ -81,6 +88,31 @@ def rewritten(path: Path, into: Path | None = None) -> Generator[Group]:
             part.release()
         else:
             part.discard()
+
+
+@contextmanager
+def _with_room(path: Path, part: Part, needed: int) -> Generator[File]:
+    """A new HDF5 file that has its room on the disk. Where anything fails, HDF5 writes no more of it."""
+    try:
+        Room(part.path, part.fileno()).take(needed)
+        new = File(part.path, "w", locks=False)
+        room = Room(part.path, part.fileno())  # HDF5 has emptied the file, and its room is gone
+        room.take(needed)
+    except OSError as error:
+        raise InputError(
+            saw=f"no room for a copy of {path} with what is added, {needed / 1e6:.1f} MB: {error}",
+            expected="room on the disk, until the copy has taken the place of the recording",
+            remedy="make room, or name a new file on another disk (--results for an analysis, --out for a recovery)",
+        ) from error
+    try:
+        yield new
+        new.close()
+        room.give_back()
+    except BaseException:
+        new.detach()
+        with suppress(OSError, RuntimeError):
+            new.close()
+        raise
 
 
 def _copied(path: Path, source: Path, new: File) -> Group:

@@ -70,7 +70,7 @@ def recover(path: str | Path, *, spill: str | Path | None = None, into: str | Pa
         return None
     refuse_unchangeable(path, into)
     records = [record for each in spills for record in each.records]
-    with rewritten(path, into) as entry:
+    with rewritten(path, into, more_bytes=sum(record.numbers.nbytes + len(record.text) for record in records)) as entry:
         before = _measured(entry.rows(layout.VALUES).read())
         for names in (_RAW, _PLACED):
             _join(path, entry, names, records)

@@ -51,13 +51,17 @@ def write_analysis(
             raise ValueError(f"{name} of shape {rows.shape} for {frames} frames")
     if image is not None and image.ndim != 2:
         raise ValueError(f"an image of shape {image.shape}")
-    with rewritten(path, copy) as entry:
+    arrays = [array for array in (displacement_px, sigma_px, image) if array is not None]
+    texts = json_text(table or {}), json_text(settings or {})
+    sides = () if image is None else image.shape
+    more_bytes = 8 * (sum(array.size for array in arrays) + sum(sides)) + sum(len(text) for text in texts)
+    with rewritten(path, copy, more_bytes=more_bytes) as entry:
         analysis = entry.group("analysis", "NXprocess", default="track" if image is None else "image")
         analysis.add("program", PROGRAM)
         analysis.add("version", program_version())
         analysis.add("date", now())
-        analysis.add("table", json_text(table or {}))
-        analysis.add("settings", json_text(settings or {}))
+        analysis.add("table", texts[0])
+        analysis.add("settings", texts[1])
         if displacement_px is not None:
             track = analysis.group("track", "NXdata", signal="displacement_px", axes=[".", "."])
             track.add("displacement_px", displacement_px, units="px", long_name="x, y relative to frame 0")
