@@ -154,12 +154,12 @@ class OpticalBench:
         """Sync edges of the present projection with index >= ``after`` up to ``until_s`` on the bench's clock."""
         with self._lock:
             if self._run is None:
-                return Edges(np.zeros(0), np.zeros(0, np.int64), finished=False)
+                return Edges(np.zeros(0), 0, finished=False)
             edge_s = self._run.edge_s
             last = int(np.searchsorted(edge_s, min(until_s, self._dark_s), side="right"))
-            index = np.arange(min(after, last), last)
+            first = min(after, last)
             over = self._dark_s <= until_s or (last == len(edge_s) and self._run.sync.stalls_at is None)
-            return Edges(edge_s[index], index, finished=over)
+            return Edges(edge_s[first:last], first, finished=over)  # a view: a counter asks for each block
 
     def counts(self, first: int, n: int) -> Counts:
         """What is counted between the seen edges ``first`` and ``first + n``: bin k lies between edge k and edge k + 1.

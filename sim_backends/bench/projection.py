@@ -44,10 +44,10 @@ class Edges:
     """Sync edges as a counter sees them."""
 
     time_s: Floats
-    """``(n,)`` times of the edges on the bench's clock, in seconds."""
+    """``(n,)`` times of the edges on the bench's clock, in seconds; not to be written."""
 
-    index: Integers
-    """``(n,)`` index of each edge among all seen edges of the projection, from 0."""
+    first: int
+    """Index of the first of them among all seen edges of the projection, from 0."""
 
     finished: bool
     """True when the projection is over and no edge will follow these. A stalled projection is never over."""

@@ -48,7 +48,8 @@ class Run:
         self.projection = projection
         self.sync = sync
         self.edge_s = projection.start_s + sync.phase * projection.picture_time_s
-        """``(edges,)`` times of the seen edges on the bench's clock."""
+        """``(edges,)`` times of the seen edges on the bench's clock; not to be written."""
+        self.edge_s.flags.writeable = False
         self._settings = settings
         self._view = view
         self._displacement = displacement

@@ -55,8 +55,10 @@ def sync_line(
         if isinstance(fault, DoubledEdge) and fault.picture < shown
     ]
     dropped = [fault.picture for fault in faults if isinstance(fault, DroppedEdge) and fault.picture < shown]
-    seen = np.concatenate([np.delete(phase, dropped), np.array(echoes)])
-    return SyncLine(np.sort(seen), stalls_at)
+    if dropped or echoes:  # a line without them is not copied: it has as many edges as the run has patterns
+        phase = np.concatenate([np.delete(phase, dropped), np.array(echoes)])
+    phase.sort()
+    return SyncLine(phase, stalls_at)
 
 
 def overlap(begin: Floats, end: Floats, first_picture: int, value: Floats) -> Floats:

@@ -14,6 +14,8 @@ def wired(play_order: Integers, swap: SwappedPatterns | None, late: int) -> Inte
         swap: two places of each whole frame to exchange.
         late: picture times by which patterns follow their edges; where none is left, the guard is shown.
     """
+    if swap is None and not late:
+        return play_order
     order = play_order.copy()
     if swap is not None:
         starts = np.arange((len(order) - 1) // swap.patterns_per_frame) * swap.patterns_per_frame

@@ -182,7 +182,7 @@ class SimulatedCounter:
             edges = self._bench.edges(0, until_s)
             seen = np.flatnonzero(edges.time_s >= armed.since_s)
             if len(seen):
-                armed.first_edge = int(edges.index[seen[0]])
+                armed.first_edge = edges.first + int(seen[0])
                 armed.first_edge_s = float(edges.time_s[seen[0]])
 
     def _block(self, armed: _Armed, closed: int) -> CountBlock:

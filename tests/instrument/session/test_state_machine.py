@@ -25,7 +25,7 @@ from instrument.storage import open_recording
 from protocols import CounterRun, KinopixError, MotionProfile, WrongState
 
 WALKS: Final = 1000
-"""Walks of up to three actions. About 30 ms each on a core of its own."""
+"""Walks of up to two actions. About 30 ms each on a core of its own."""
 
 PLAN = Plan(
     frames=4,
@@ -126,7 +126,7 @@ def _no_hang() -> Generator[None]:
     database=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
-@given(fault=st.integers(0, len(FAULTS) - 1), actions=st.lists(ACTION, min_size=1, max_size=3), breaks=st.booleans())
+@given(fault=st.integers(0, len(FAULTS) - 1), actions=st.lists(ACTION, min_size=1, max_size=2), breaks=st.booleans())
 def test_every_walk_ends_safe(fault: int, actions: list[Any], breaks: bool) -> None:  # noqa: FBT001
     signal.alarm(20)
     with tempfile.TemporaryDirectory() as name:

@@ -37,6 +37,11 @@ def test_a_turn_by_a_right_angle_takes_right_to_down() -> None:
     assert [lit.left_px, lit.top_px] == pytest.approx([10.5, 19.5])
 
 
+def test_a_turned_image_has_no_more_cells_than_its_corners_need() -> None:
+    """6 x 4 px by 30 degrees need 6 cos 30 + 4 sin 30 = 7.2 px of width and 6.5 of height: 16 and 14 cells of half a pixel."""
+    assert turned(EVEN, 30.0).cells.shape == (14, 16)
+
+
 @pytest.mark.parametrize("degrees", [0.0, 180.0, -180.0])
 def test_half_a_turn_is_exact(degrees: float) -> None:
     image = AreaImage(np.random.default_rng(1).random((3, 5)), 1.0, 4.0, 6.0)

@@ -42,6 +42,7 @@ def test_surplus_edges_follow_the_guard_picture() -> None:
 def test_a_fault_at_a_picture_that_is_never_shown_does_nothing() -> None:
     faults: tuple[Fault, ...] = (
         DroppedEdge(kind="drop-edge", picture=5),
+        DoubledEdge(kind="double-edge", picture=5),
         DoubledEdge(kind="double-edge", picture=9),
         Stall(kind="stall", picture=5),
     )
@@ -54,6 +55,11 @@ def test_jitter_has_the_width_that_was_asked_for_and_repeats_with_its_seed() -> 
     assert jitter_s.std() == pytest.approx(100e-9, rel=0.02)
     assert (first == sync_line(20_000, picture_time_s=50e-6, jitter_s=100e-9, seed=4).phase).all()
     assert (first != sync_line(20_000, picture_time_s=50e-6, jitter_s=100e-9, seed=5).phase).any()
+
+
+def test_edges_that_jitter_changes_places_with_come_in_order() -> None:
+    phase = sync_line(20_000, picture_time_s=50e-6, jitter_s=100e-6, seed=4).phase
+    assert (np.diff(phase) >= 0).all()
 
 
 def test_a_bin_gathers_the_pictures_between_its_edges_by_their_part() -> None:
