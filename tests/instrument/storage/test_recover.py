@@ -55,6 +55,19 @@ def test_a_recording_that_was_cut_off_is_closed(tmp_path: Path) -> None:
     assert recover(path) is None
 
 
+def test_a_recording_without_one_value_is_closed_as_empty_and_takes_all_from_its_spill_file(tmp_path: Path) -> None:
+    made = RecordingWriter(tmp_path / "run.h5", Plan(frames=100, image_size=8), picture_time_s=50e-6)
+    made.abandon()
+    shutil.copy(tmp_path / "run.h5", tmp_path / "empty.h5")
+    done = recover(tmp_path / "empty.h5")
+    assert done is not None
+    assert (done.patterns, done.joined) == (0, 0)
+    write_spill(tmp_path / "run.h5.1.spill", made.run, spilled(0, 600))
+    done = recover(tmp_path / "run.h5")
+    assert done is not None
+    assert (done.patterns, done.joined) == (600, 600)
+
+
 @pytest.mark.parametrize("first", [0, 100, 299, 300])
 def test_spilled_counts_are_joined_wherever_they_begin(tmp_path: Path, first: int) -> None:
     path, run = left_behind(tmp_path)
