@@ -99,6 +99,23 @@ def test_a_run_that_only_its_disk_ended_is_whole_again(tmp_path: Path) -> None:
     assert plain.text(path, "entry/timing/report") == '{"gaps": []}'
 
 
+def test_the_truth_of_a_simulated_run_is_taken_from_the_spill_file(tmp_path: Path) -> None:
+    path = tmp_path / "run.h5"
+    made = RecordingWriter(path, Plan(frames=100, image_size=8), picture_time_s=50e-6, with_truth=True)
+    made.abandon()
+    moved_px, image = np.arange(200.0).reshape(100, 2), np.arange(64.0).reshape(8, 8)
+    truth = [
+        Record(layout.TRUTH_DISPLACEMENT_PX, 0, moved_px.ravel()),
+        Record(layout.TRUTH_IMAGE, 0, image.ravel()),
+    ]
+    write_spill(tmp_path / "run.h5.1.spill", made.run, [*spilled(0, 600), *truth])
+    recover(path)
+    found = open_recording(path).truth
+    assert found is not None
+    np.testing.assert_array_equal(found.displacement_px, moved_px)
+    np.testing.assert_array_equal(found.image, image)
+
+
 def test_counts_between_recording_and_spill_file_that_are_missing_change_nothing(tmp_path: Path) -> None:
     path, run = left_behind(tmp_path)
     spill, before = tmp_path / "run.h5.1.spill", path.read_bytes()
