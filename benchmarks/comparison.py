@@ -33,7 +33,7 @@ from instrument.numerics import (
     tv_augmented_lagrangian,
 )
 from instrument.plan import Plan
-from instrument.reconstruction import Problem, Region, ShiftedHadamard, walsh_rows
+from instrument.reconstruction import Field, Problem, Region, ShiftedHadamard, walsh_rows
 from instrument.tracking import as_trajectory
 from protocols import Floats, Singles
 
@@ -81,9 +81,9 @@ class Comparison:
         area, pairs = problem.region, of_image.pairs
         middle = (problem.places.positive + problem.places.negative) / 2
         weighted, values = problem.hadamard()
-        rows = Weighted(ShiftedHadamard.single(pairs, middle, SIZE, area), weighted.weight)
-        down = walsh_rows(SIZE, pairs[:, 0], middle[:, 1], area.top, area.height)
-        across = weighted.weight[:, None] * walsh_rows(SIZE, pairs[:, 1], middle[:, 0], area.left, area.width)
+        rows = Weighted(ShiftedHadamard.single(pairs, middle, Field(SIZE), area), weighted.weight)
+        down = walsh_rows(Field(SIZE), pairs[:, 0], middle[:, 1], area.top, area.height)
+        across = weighted.weight[:, None] * walsh_rows(Field(SIZE), pairs[:, 1], middle[:, 0], area.left, area.width)
         return cls(rows, Written(down, across, values, cut(truth.image, area)), truth.image, area)
 
     def dense(self) -> DenseSingles:
@@ -133,7 +133,7 @@ def fista(operator: Operator, values: Singles, strength: float, watch: Watch) ->
     noise = np.random.default_rng(0).standard_normal(len(values)).astype(np.float32)
     curvature = 1.05 * largest_eigenvalue(operator)
     weight = strength * float(np.std(operator.rmatvec(noise))) / curvature
-    image: Singles = np.zeros(operator.image_shape, np.float32)
+    image: Singles = np.zeros(operator.image_shapes[0], np.float32)
     ahead = image
     momentum = 1.0
     for _ in range(100):

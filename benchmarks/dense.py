@@ -18,6 +18,11 @@ class DenseSingles:
     """Height and width."""
 
     @property
+    def image_shapes(self) -> tuple[tuple[int, int]]:
+        """Height and width of the one image."""
+        return (self.image_shape,)
+
+    @property
     def shape(self) -> tuple[int, int]:
         """Rows and pixels."""
         return self.matrix.shape[0], self.matrix.shape[1]

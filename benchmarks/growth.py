@@ -25,7 +25,7 @@ from benchmarks.scenes import placed, recorded
 from instrument.joint import refine
 from instrument.patterns import hadamard_order
 from instrument.plan import Plan
-from instrument.reconstruction import Region, ShiftedHadamard, reconstruct
+from instrument.reconstruction import Field, Region, ShiftedHadamard, reconstruct
 from instrument.recording import Recording
 from instrument.tracking import track
 from protocols import Floats
@@ -72,7 +72,9 @@ def cost(frames: int, size: int, repeats: int) -> Cost:
     recording = run(frames, size)
     truth = recording.truth
     assert truth is not None  # noqa: S101  (simulated)
-    rows = ShiftedHadamard.single(hadamard_order(size, "tv", frames), truth.displacement_px, size, Region.whole(size))
+    rows = ShiftedHadamard.single(
+        hadamard_order(size, "tv", frames), truth.displacement_px, Field(size), Region.whole(size)
+    )
     image = truth.image.astype(np.float32).ravel()
     took: list[tuple[float, ...]] = []
     for _ in range(repeats):

@@ -11,7 +11,7 @@ import numpy as np
 
 from instrument.numerics import EIGENVALUE_MARGIN, Operator, largest_eigenvalue
 from instrument.patterns import hadamard_order
-from instrument.reconstruction import ShiftedHadamard
+from instrument.reconstruction import Field, ShiftedHadamard
 from protocols import Floats
 
 INVERSE_TAU, SIGMA = 2.5, 0.25
@@ -48,12 +48,12 @@ def solved(right_side: Floats) -> Floats:
 def bound(rows: Operator) -> float:
     """Give the bound on rho, by the power method."""
     largest = largest_eigenvalue(rows) * EIGENVALUE_MARGIN
-    image: Floats = np.random.default_rng(0).random(rows.image_shape)
+    image: Floats = np.random.default_rng(0).random(rows.image_shapes[0])
     mu = 0.0
     for _ in range(POWER_STEPS):
         image /= np.linalg.norm(image)
         seen = rows.rmatvec(rows.matvec(image.astype(np.float32).ravel()))
-        moved = solved(seen.reshape(rows.image_shape).astype(np.float64) / largest)
+        moved = solved(seen.reshape(rows.image_shapes[0]).astype(np.float64) / largest)
         mu, image = float(np.vdot(image, moved)), moved
     return 2 - mu / 2
 
@@ -62,7 +62,7 @@ def main() -> None:
     """Print one line for each set of rows."""
     for size, count, end_px in ((128, 1666, 0), (128, 1666, 20), (64, 512, 0), (64, 4096, 20), (64, 4096, 0)):
         places_px: Floats = np.linspace(0, end_px, count)[:, None] * np.array([1.0, 0.5])
-        rows = ShiftedHadamard.single(hadamard_order(size, "tv", count), places_px, size)
+        rows = ShiftedHadamard.single(hadamard_order(size, "tv", count), places_px, Field(size))
         print(f"{count} patterns of {size} x {size}, moved by {end_px}, {end_px / 2:g} px: rho below {bound(rows):.2f}")
 
 

@@ -13,7 +13,7 @@ from benchmarks.comparison import cut
 from benchmarks.scenes import FRAMES, SIZE, diagonal, scene
 from instrument.numerics import Weighted, total_variation
 from instrument.patterns import hadamard_order
-from instrument.reconstruction import Region, ShiftedHadamard
+from instrument.reconstruction import Field, Region, ShiftedHadamard
 from protocols import Singles
 
 
@@ -40,7 +40,7 @@ def main() -> None:
     pairs = hadamard_order(SIZE, "tv", FRAMES)
     weight = np.full(FRAMES, 1 / (0.1 * np.sqrt(SIZE * SIZE)), np.float32)  # noise of I_H+ - I_H-: both half lit
     for name, region in (("full field", Region.whole(SIZE)), ("region", Region.inside(places, SIZE))):
-        rows = ShiftedHadamard.single(pairs, places, SIZE, region)
+        rows = ShiftedHadamard.single(pairs, places, Field(SIZE), region)
         whitened = Weighted(rows, weight)
         part = cut(scene("letter-B"), region).astype(np.float32).ravel()
         seen = whitened.matvec(part) + rng.standard_normal(FRAMES).astype(np.float32)

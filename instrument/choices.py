@@ -10,3 +10,9 @@ Tracking: TypeAlias = Literal["joint", "smooth", "per-frame"]
 
 Method: TypeAlias = Literal["tv", "tv-fourier", "tv-bregman", "tv-al", "dgi", "conventional"]
 """How an image is made."""
+
+Background: TypeAlias = Literal["auto", "fit", "none"]
+"""Whether the light of something that stands still is found together with the object: where the values show it, always, never."""
+
+Grid: TypeAlias = Literal["auto", "1", "2"]
+"""Image pixels that a pattern pixel has along each axis; ``auto`` takes 2 where the motion supports it."""

@@ -1,12 +1,16 @@
 """The timing audit: what the hardware's own edges say of a run."""
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from instrument.acquisition.alignment import AlignedBlock
 from instrument.recording import TimingReport
+from instrument.schemes import Scheme
 from protocols import CounterReport, Floats, Integers, Mask
+
+if TYPE_CHECKING:
+    from instrument.measurement import Slips
 
 JITTER_WARNING: Final = 0.001
 """Standard deviation of the edge period, in periods, above which a note is made (50 ns at 20 kHz)."""
@@ -14,15 +18,22 @@ JITTER_WARNING: Final = 0.001
 CLOCK_WARNING_PPM: Final = 100.0
 """Offset between the mean period and the picture time above which a note is made: another picture time, or a bad crystal."""
 
+_WHOLE: Final = 0.1  # of a period, by which a pattern that was counted whole may be longer or shorter
 _LISTED: Final = 1000  # indices kept of each kind: a broken cable makes one gap a pattern
 _NOTES: Final = 50  # notes kept of a counter: a bad cable may give it one for each packet
 
 
 class TimingAudit:
-    """Adds up what blocks tell, in constant memory but for the frame mask."""
+    """Adds up what blocks tell, in constant memory but for the frame mask and, where a scheme is given, the values."""
 
     def __init__(
-        self, *, patterns: int, patterns_per_frame: int, picture_time_s: float, max_count_rate_hz: float
+        self,
+        *,
+        patterns: int,
+        patterns_per_frame: int,
+        picture_time_s: float,
+        max_count_rate_hz: float,
+        scheme: Scheme | None = None,
     ) -> None:
         """Expect so many patterns of that length.
 
@@ -31,7 +42,11 @@ class TimingAudit:
             patterns_per_frame: of the scheme.
             picture_time_s: as the modulator keeps it.
             max_count_rate_hz: the detector's linear limit.
+            scheme: by which the values themselves show where they slipped; None looks at the edges alone.
         """
+        self._scheme = scheme
+        self._values = np.empty(patterns if scheme is not None else 0, np.float32)
+        self._looked: tuple[int, Slips | None] = (0, None)
         self._patterns = patterns
         self._per_frame = patterns_per_frame
         self._period_s = picture_time_s
@@ -60,6 +75,8 @@ class TimingAudit:
         self._beyond += block.beyond
         self._light += float(np.nansum(block.values))
         self._valid[block.first_pattern : end] = block.valid
+        if self._scheme is not None:
+            self._values[block.first_pattern : end] = block.values
         self._recorded, self._bins = end, self._bins + bins
         self._photons = photon_counts
         for name, where in (("gaps", block.gaps), ("doubles", block.doubles), ("irregular", block.irregular)):
@@ -67,6 +84,7 @@ class TimingAudit:
             self._found[name].extend(int(k) for k in where[:room])
         if block.edge_time_s is not None:
             self._refuse_disorder(block.edge_time_s, block.gaps - block.first_pattern)
+            self._mask_cut(block.first_pattern, block.edge_time_s)
             self._see_edges(block.edge_time_s)
         if photon_counts and bool(np.any(block.valid)):
             lit = block.values[block.valid]
@@ -84,6 +102,12 @@ class TimingAudit:
             self._disorder.add("edge times that go back")
         if len(known):
             self._latest_edge_s = max(self._latest_edge_s, float(known.max()))
+
+    def _mask_cut(self, first_pattern: int, edge_time_s: Floats) -> None:
+        """Mask the patterns that ended early or late, as before a bounce so late that it passed for the next edge."""
+        steps = np.diff(edge_time_s, prepend=self._last_edge_s) / self._period_s
+        ended = first_pattern + np.flatnonzero(np.abs(steps - 1) > _WHOLE)  # NaN compares false: gaps drop out
+        self._valid[ended[ended > 0] - 1] = False
 
     def _see_edges(self, edge_time_s: Floats) -> None:
         steps = np.diff(edge_time_s, prepend=self._last_edge_s) - self._period_s
@@ -120,7 +144,28 @@ class TimingAudit:
         frames = -(-self._recorded // self._per_frame)
         if self._all_doubts(counter):
             return np.zeros(frames, bool)
+        valid = self._by_edges(frames)
+        slips = self._slips()
+        if slips is not None and slips.any:
+            valid[: len(slips.sure)] &= slips.sure & (slips.shift == 0)
+        return valid
+
+    def _by_edges(self, frames: int) -> Mask:
+        """``(frames,)``: whether all patterns of a frame were counted alone and whole, as far as edges tell."""
         return np.asarray(self._valid[: frames * self._per_frame].reshape(frames, self._per_frame).all(axis=1), bool)
+
+    def _slips(self) -> "Slips | None":
+        """What the values of the whole frames recorded so far say of their alignment; None without a scheme."""
+        frames = self._recorded // self._per_frame
+        if self._scheme is None or not frames:
+            return None
+        if self._looked[0] != frames:
+            from instrument.measurement import slips_of_counts  # compiled loops, which only the end of a run needs
+
+            values = self._values[: frames * self._per_frame].reshape(frames, self._per_frame).astype(np.float64)
+            found = slips_of_counts(values, self._by_edges(frames), self._scheme, photon_counts=self._photons)
+            self._looked = frames, found
+        return self._looked[1]
 
     def report(self, counter: CounterReport) -> TimingReport:
         """Give the audit of what was seen so far. Asking changes nothing.
@@ -152,12 +197,19 @@ class TimingAudit:
             gaps=tuple(self._found["gaps"]),
             doubles=tuple(self._found["doubles"]),
             irregular=tuple(self._found["irregular"]),
+            slipped=self._slipped(),
             frames=frames,
             frames_masked=int(np.count_nonzero(~valid)),
             brightest_rate_hz=self._brightest / self._period_s if self._photons else None,
             nonlinear_patterns=self._nonlinear,
             notes=tuple(self._notes(counter, doubts, jitter, offset_ppm)),
         )
+
+    def _slipped(self) -> tuple[tuple[int, int, int], ...]:
+        slips = self._slips()
+        if slips is None or not slips.any:
+            return ()
+        return tuple((part.first_frame, part.end_frame, part.shift) for part in slips.segments[:_LISTED] if part.shift)
 
     def _surplus(self, counter: CounterReport) -> int | None:
         """Sync edges that belong to no bin of the run; None where the counter cannot tell."""
@@ -187,6 +239,11 @@ class TimingAudit:
         if self._recorded < self._patterns and not doubts:
             good = int(np.count_nonzero(self.frame_valid(counter)))
             notes.append(f"the run ended early; {good} of its {self._patterns // self._per_frame} frames are good")
+        slips = self._slips()
+        if slips is not None:
+            from instrument.measurement import tell_slips
+
+            notes += [f"by the counts themselves, {found.text}" for found in tell_slips(slips)]
         most_s = JITTER_WARNING * self._period_s
         if jitter_s is not None and jitter_s > most_s:
             notes.append(

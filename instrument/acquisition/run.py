@@ -8,6 +8,7 @@ from instrument.acquisition.audit import TimingAudit
 from instrument.acquisition.devices import Devices
 from instrument.plan import Plan
 from instrument.recording import TimingReport
+from instrument.schemes import Scheme
 from protocols import (
     CountBlock,
     CounterReport,
@@ -112,7 +113,14 @@ def prepare(
 
 
 def acquire(
-    plan: Plan, timing: ModulatorTiming, devices: Devices, host: Host, *, patterns: int, patterns_per_frame: int
+    plan: Plan,
+    timing: ModulatorTiming,
+    devices: Devices,
+    host: Host,
+    *,
+    patterns: int,
+    patterns_per_frame: int,
+    scheme: Scheme | None = None,
 ) -> Outcome:
     """Carry out a plan that was prepared.
 
@@ -126,6 +134,7 @@ def acquire(
         host: gets every block as it comes; may end the run.
         patterns: in the play order, without the guard picture.
         patterns_per_frame: of the scheme.
+        scheme: by which the audit asks the values themselves whether they slipped; None asks the edges alone.
     """
     period_s = timing.picture_time_us * 1e-6
     audit = TimingAudit(
@@ -133,6 +142,7 @@ def acquire(
         patterns_per_frame=patterns_per_frame,
         picture_time_s=period_s,
         max_count_rate_hz=devices.counter.limits.max_count_rate_hz,
+        scheme=scheme,
     )
     reader = _Reader(devices, audit, host, patterns, period_s)
     error: BaseException | None = None

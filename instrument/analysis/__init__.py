@@ -2,7 +2,7 @@
 
 from instrument.analysis.analyse import Analysis, OnStep, analyse
 from instrument.analysis.merit import Figures, figures_of
-from instrument.analysis.stored import analyse_path, recording_to_analyse, store
+from instrument.analysis.stored import analyse_path, background_choice, light_found, recording_to_analyse, store
 
 __all__ = [
     "Analysis",
@@ -10,7 +10,9 @@ __all__ = [
     "OnStep",
     "analyse",
     "analyse_path",
+    "background_choice",
     "figures_of",
+    "light_found",
     "recording_to_analyse",
     "store",
 ]

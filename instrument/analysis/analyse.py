@@ -9,9 +9,9 @@ import numpy as np
 
 from instrument.analysis.causes import numbers_that_end, refuse_endless, refuse_hopeless, refuse_size
 from instrument.analysis.merit import Figures, figures_of
-from instrument.choices import Method, Tracking
-from instrument.joint import refine
-from instrument.measurement import Measurement
+from instrument.choices import Background, Grid, Method, Tracking
+from instrument.joint import grid_of, refine
+from instrument.measurement import LightModel, Measurement, first_light, usable_frames
 from instrument.reconstruction import Reconstruction, method_of, reconstruct
 from instrument.recording import Recording
 from instrument.tracking import Trajectory, track
@@ -43,12 +43,15 @@ class Analysis:
     refinements: int
     """Number of refinements of path and image together."""
 
+    light: LightModel
+    """What the bench does to the light, with the numbers that the run determined."""
+
     figures: Figures
     """Figures of merit."""
 
     @property
     def image(self) -> Floats | None:
-        """``(m, m)``: the image at frame 0, row = y (down), column = x; None where the scheme only tracks."""
+        """``(grid m, grid m)``: the image at frame 0, row = y (down), column = x; None where the scheme only tracks."""
         return None if self.reconstruction is None else self.reconstruction.image
 
     @staticmethod
@@ -61,11 +64,19 @@ def _tell_nobody(what: str, done: int, total: int) -> None:
     """Ignore the progress."""
 
 
+def _why(recording: Recording) -> str:
+    """Give the first note of the timing report, if there is one."""
+    notes = () if recording.timing is None else recording.timing.notes
+    return f" ({notes[0]})" if notes else ""
+
+
 def analyse(
     recording: Recording,
     *,
     tracking: Tracking = "joint",
     method: Method = "tv",
+    background: Background = "auto",
+    grid: Grid = "auto",
     on_step: OnStep | None = None,
 ) -> Analysis:
     """Track the object, reconstruct its image, and judge both, as far as the recording's scheme goes.
@@ -74,6 +85,9 @@ def analyse(
         recording: whole or partial recording.
         tracking: method by which the path is found.
         method: method by which the image is made, as in ``reconstruct``.
+        background: whether the light of something that stands still is found together with the object: ``auto`` finds out
+            whether there is any. Where a background was recorded and subtracted, ``auto`` looks for no other.
+        grid: image pixels that a pattern pixel has along each axis: ``auto`` takes 2 where the motion supports it.
         on_step: function that is called before each step.
 
     Raises:
@@ -87,9 +101,9 @@ def analyse(
             remedy="correct the name",
         )
     method_of(method)
-    if isinstance(recording, Recording) and not recording.frame_valid.any():  # pyright: ignore[reportUnnecessaryIsInstance]
+    if isinstance(recording, Recording) and not usable_frames(recording).any():  # pyright: ignore[reportUnnecessaryIsInstance]
         raise InputError(
-            saw=f"{len(recording)} frames, none of them valid",
+            saw=f"{len(recording)} frames, none of them valid" + _why(recording),
             expected="a recording with usable frames",
             remedy="look at /entry/timing/report in the file for why, and repeat the run",
         )
@@ -99,6 +113,8 @@ def analyse(
         refuse_size(recording)
     measurement = Measurement.of(recording)
     refuse_hopeless(measurement)
+    measurement = first_light(measurement)
+    wanted = "none" if background == "auto" and recording.background is not None else background
     trajectory: Trajectory | None = None
     reconstruction: Reconstruction | None = None
     ignored: Floats | None = None
@@ -109,11 +125,17 @@ def analyse(
             trajectory = track(measurement, "per-frame" if tracking == "per-frame" else "smooth")
         tell("reconstructing", 1, 3)
         if measurement.scheme.image_rows is not None:
+            chosen = method_of(method)
+            finer = 1 if trajectory is None or not chosen.finer else None if grid == "auto" else int(grid)
+            still = wanted == "fit"
             if trajectory is not None and tracking == "joint":
-                refined = refine(measurement, trajectory)
+                refined = refine(measurement, trajectory, grid=finer, background=wanted)
                 trajectory, reconstruction, refinements = refined.trajectory, refined.image, refined.refinements
+                measurement, still = refined.measurement, chosen.finer and refined.image.still is not None
             if reconstruction is None or method != "tv":
-                reconstruction = reconstruct(measurement, trajectory, method)
+                if finer is None:
+                    finer = 1 if trajectory is None else grid_of(trajectory)
+                reconstruction = reconstruct(measurement, trajectory, method, grid=finer, still=still)
     refuse_endless(trajectory, reconstruction)
     took_s = time.perf_counter() - started_s
     tell("comparing", 2, 3)
@@ -122,4 +144,4 @@ def analyse(
             ignored = reconstruct(measurement, None, "conventional").image
         figures = figures_of(measurement, recording.truth, trajectory, reconstruction, took_s)
     tell("done", 3, 3)
-    return Analysis(recording, tracking, trajectory, reconstruction, ignored, refinements, figures)
+    return Analysis(recording, tracking, trajectory, reconstruction, ignored, refinements, measurement.light, figures)

@@ -14,8 +14,8 @@ from protocols import Floats, InputError
 
 _LARGEST: Final = 1e15  # beyond, whole counts are not whole any more in double precision
 _SMALLEST: Final = 1e-12
-_EXCHANGED: Final = 0.25  # of the light: less for the all-on pattern than for its dark complement, and by far
 _CERTAIN: Final = 5.0  # standard errors
+_FEWEST_PHOTONS: Final = 6.0  # a frame
 
 
 def refuse_size(recording: Recording) -> None:
@@ -38,7 +38,7 @@ def refuse_hopeless(measurement: Measurement) -> None:
     """Refuse values in which nothing can be found.
 
     Raises:
-        InputError: values without variation, or pairs of patterns that are exchanged.
+        InputError: no whole frame, no light, too few photons, or values without variation.
     """
     values = measurement.values[measurement.valid]
     if not len(values):
@@ -47,6 +47,7 @@ def refuse_hopeless(measurement: Measurement) -> None:
             expected="frames that were measured whole",
             remedy="look at the recording's values and its timing report, and repeat the run",
         )
+    _refuse_dark(measurement)
     largest = float(np.abs(values).max(initial=0.0))
     # A scheme that only tracks shows the same patterns in every frame: of an object at rest all its frames are alike.
     same = np.ptp(values) if measurement.scheme.image_rows is None else np.ptp(values, axis=0).max()
@@ -56,31 +57,29 @@ def refuse_hopeless(measurement: Measurement) -> None:
             expected="values that change with the pattern",
             remedy="check that the counter counts the detector's pulses and that the modulator shows the patterns",
         )
-    _refuse_exchanged(measurement)
 
 
-def _refuse_exchanged(measurement: Measurement) -> None:
-    """Look at the frames whose Hadamard pattern is all on: its light is all there is, and its complement's none."""
-    rows = measurement.scheme.image_rows
-    if rows is None:
-        return
-    pairs = rows.pairs[np.arange(len(measurement)) % len(rows.pairs)]
-    frames = np.flatnonzero((pairs == 0).all(axis=1) & measurement.valid)
-    columns = [(k, column.sign) for k, column in enumerate(measurement.scheme.columns) if column.role == "hadamard"]
-    bright = [k for k, sign in columns if sign > 0]
-    dark = [k for k, sign in columns if sign < 0]
-    if not len(frames) or len(bright) != 1 or len(dark) != 1:
-        return
-    on, off = measurement.values[frames, bright[0]], measurement.values[frames, dark[0]]
-    error = float(np.sqrt(measurement.variance[frames][:, [bright[0], dark[0]]].sum()))
-    total = float(on.sum() + off.sum())
-    if total <= 0 or float(on.sum()) >= _EXCHANGED * total or float(off.sum() - on.sum()) < _CERTAIN * error:
-        return
-    raise InputError(
-        saw=f"H- before H+: the all-on pattern gives H+/S = {float(on.sum()) / total:.2f}",
-        expected="nearly 1",
-        remedy="look for a sync edge too few or too many at the start of the run, or for a modulator that inverts its pictures",
-    )
+def _refuse_dark(measurement: Measurement) -> None:
+    """Refuse a run whose light is not significantly above 0, and one of too few photons to tell where they come from."""
+    total = measurement.total[measurement.valid]
+    weights = measurement.scheme.light_weights
+    used = weights != 0  # the variance of too few frames is infinite
+    variance = measurement.variance[measurement.valid][:, used] @ weights[used] ** 2
+    mean = float(total.mean())
+    error = float(np.sqrt(variance.sum())) / len(total)
+    unit = "counts" if measurement.photon_counts else "in the detector's unit"
+    if np.isfinite(error) and mean < _CERTAIN * error:
+        raise InputError(
+            saw=f"no object in the light: {mean:.3g} {unit} a frame on average, with a standard error of {error:.2g}",
+            expected="light well above the noise",
+            remedy="check that the object was ever in the field, the stage's start and travel, light source and shutter",
+        )
+    if measurement.photon_counts and mean < _FEWEST_PHOTONS:
+        raise InputError(
+            saw=f"{mean:.2g} photons of the all-on light a frame",
+            expected=f"{_FEWEST_PHOTONS:g} or more: from fewer nobody can tell where an object is",
+            remedy="raise the light, or the time of a picture (a lower pattern_rate_hz)",
+        )
 
 
 @contextmanager

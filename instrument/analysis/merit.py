@@ -5,7 +5,7 @@ from typing import Any, Final
 import numpy as np
 from pydantic import NonNegativeFloat, NonNegativeInt
 
-from instrument.measurement import Measurement
+from instrument.measurement import LightModel, Measurement, Parameter
 from instrument.numerics import displacement_mse, offset_free_mse, psnr, ssim_global, ssim_local
 from instrument.reconstruction import Reconstruction
 from instrument.tracking import Trajectory
@@ -19,6 +19,10 @@ _EXACT_DB: Final = 300.0
 
 _MISFIT: Final = 1.5
 """Misfit above which the figures warn."""
+
+
+_OVERFIT: Final = 0.6
+"""Misfit below which motion and image have about as many unknowns as there are values."""
 
 
 class Figures(Frozen):
@@ -60,6 +64,18 @@ class Figures(Frozen):
     ssim_local: float | None = None
     """Structural similarity with a Gaussian window of 11 x 11, sigma 1.5, as in Wang et al. (2004)."""
 
+    grid: NonNegativeInt | None = None
+    """Image pixels that a pattern pixel has along each axis; None where there is no image."""
+
+    background_share: NonNegativeFloat | None = None
+    """Share of the total light that stems from something that stands still, where its image was found with the object's."""
+
+    light: LightModel = LightModel()
+    """What the bench does to the light: given, or fitted to the run."""
+
+    found: tuple[str, ...] = ()
+    """What the counts themselves show to be wrong, and what was done about it, in a few words each."""
+
     doubts: tuple[str, ...] = ()
     """Sentences, each of which gives a reason to doubt the result."""
 
@@ -81,6 +97,13 @@ class Figures(Frozen):
             rows["SSIM"] = f"{self.ssim_global:.4f} global, {self.ssim_local:.4f} local"
         if self.misfit is not None:
             rows["misfit"] = f"{self.misfit:.3f} (1 is the noise alone)"
+        if self.grid is not None and self.grid > 1:
+            rows["image pixels"] = f"{1 / self.grid:g} px wide, {self.grid} x {self.grid} to a pattern pixel"
+        rows |= _light_rows(self.light)
+        if self.background_share is not None:
+            rows["background"] = f"{100 * self.background_share:.1f} % of the light stands still (fitted)"
+        if self.found:
+            rows["in the counts"] = "; ".join(self.found)
         return {**rows, "analysis": f"{self.analysis_s:.2f} s"}
 
     def caption(self) -> str:
@@ -93,6 +116,29 @@ class Figures(Frozen):
         if self.psnr_db is not None:
             parts.append(f"image PSNR {self.psnr_db:.1f} dB")
         return ", ".join(parts)
+
+
+def _light_rows(light: LightModel) -> dict[str, str]:
+    """Give the numbers of the light model that are not 0, as a person reads them."""
+    rows = {
+        "mirror leak": _number(light.leak, "of the picture before"),
+        "edge loss": _number(light.edge_loss, "a mirror's dark side"),
+    }
+    for ripple in light.ripples:
+        whose = "ambient" if ripple.lamp_share < 0.5 else "lamp"
+        rows[f"{ripple.frequency_hz:.0f} Hz"] = f"{100 * ripple.amplitude:.1f} % of the light ({whose}, fitted)"
+    if any(offset.value for offset in light.offsets):
+        offsets = ", ".join(f"{100 * offset.value:.2f}" for offset in light.offsets)
+        rows["offsets"] = f"{offsets} % of the light ({light.offsets[0].source})"
+    return {name: text for name, text in rows.items() if text}
+
+
+def _number(parameter: Parameter, what: str) -> str:
+    """Give a number with its uncertainty and source; nothing where it is 0 because nobody and nothing said otherwise."""
+    if parameter.value == 0 and parameter.source == "assumed":
+        return ""
+    sigma = "" if parameter.sigma is None else f" +- {parameter.sigma:.4f}"
+    return f"{parameter.value:.4f}{sigma} {what} ({parameter.source})"
 
 
 def figures_of(
@@ -113,12 +159,17 @@ def figures_of(
     """
     light_change = measurement.light_change()
     of_path, of_image = _path_figures(trajectory, truth), _image_figures(reconstruction, truth, measurement)
+    misfit = of_image.get("misfit")
+    if misfit is not None and misfit < _OVERFIT:
+        of_path["sigma_px"] = None
     return Figures(
         frames=len(measurement),
         frames_masked=int(np.count_nonzero(~measurement.valid)),
         light_change=light_change,
         analysis_s=took_s,
-        doubts=_doubts(light_change, of_image.get("misfit")),
+        light=measurement.light,
+        found=tuple(finding.text for finding in measurement.findings),
+        doubts=(*(finding.sentence for finding in measurement.findings), *_doubts(light_change, misfit)),
         **{"travel_px": None, "sigma_px": None, "misfit": None, **of_path, **of_image},
     )
 
@@ -130,7 +181,7 @@ def _path_figures(trajectory: Trajectory | None, truth: Truth | None) -> dict[st
     found_px, sigma_px = trajectory.displacement_px, float(np.median(trajectory.sigma_px))
     figures: dict[str, Any] = {
         "travel_px": tuple(found_px[-1].tolist()),
-        "sigma_px": sigma_px if np.isfinite(sigma_px) else None,
+        "sigma_px": sigma_px if np.isfinite(sigma_px) and sigma_px > 0 else None,
     }
     if truth is not None:
         figures["displacement_mse_px2"] = displacement_mse(found_px, truth.displacement_px)
@@ -144,8 +195,14 @@ def _image_figures(
     """Compute the figures of the image."""
     if reconstruction is None:
         return {}
-    image, fit_gain = reconstruction.image, measurement.photon_counts
-    figures: dict[str, Any] = {"misfit": reconstruction.misfit if np.isfinite(reconstruction.misfit) else None}
+    image, fit_gain = reconstruction.at_patterns, measurement.photon_counts
+    figures: dict[str, Any] = {
+        "misfit": reconstruction.misfit if np.isfinite(reconstruction.misfit) else None,
+        "grid": reconstruction.grid,
+    }
+    if reconstruction.still is not None:
+        background, own = float(reconstruction.still.sum()), float(image.sum())
+        figures["background_share"] = background / max(background + own, 1e-300)
     if truth is not None:
         figures["psnr_db"] = min(psnr(image, truth.image, fit_gain=fit_gain), _EXACT_DB)
         figures["ssim_global"] = ssim_global(image, truth.image, fit_gain=fit_gain)
@@ -161,9 +218,14 @@ def _doubts(light_change: float, misfit: float | None) -> tuple[str, ...]:
             f"the field's total light changed by {100 * light_change:.0f} % in the run: a lamp that drifts is allowed "
             "for, an object that leaves the field is not: keep it inside, or record fewer frames"
         )
+    if misfit is not None and misfit < _OVERFIT:
+        found.append(
+            f"too few frames to judge the result: motion and image explain their noise too ({misfit:.1f} times the noise is "
+            "left), so that no uncertainty is stated; record more frames"
+        )
     if misfit is not None and misfit > _MISFIT:
         found.append(
             f"motion and image leave {misfit:.1f} times the noise unexplained: doubt both; look for an object that "
-            "leaves the field, a background that was not subtracted, or counts beyond the linear limit"
+            "leaves the field or turns, or counts beyond the linear limit"
         )
     return tuple(found)

@@ -1,12 +1,15 @@
 """Analysis of a recording in a file: the file is read, analysed, and the result is written into it."""
 
 from pathlib import Path
+from typing import get_args
 
 from instrument.analysis.analyse import Analysis, OnStep, analyse
 from instrument.analysis.merit import Figures
-from instrument.choices import Method, Tracking
+from instrument.choices import Background, Grid, Method, Tracking
+from instrument.measurement import LightModel
 from instrument.recording import Recording
-from instrument.storage import open_recording, refuse_unchangeable, refuse_while_written, write_analysis
+from instrument.storage import open_recording, recording_info, refuse_unchangeable, refuse_while_written, write_analysis
+from protocols import InputError
 
 
 def analyse_path(
@@ -15,7 +18,8 @@ def analyse_path(
     tracking: Tracking = "joint",
     method: Method = "tv",
     frames: int | None = None,
-    background: str | Path | None = None,
+    background: str | Path | Background = "auto",
+    grid: Grid = "auto",
     results: str | Path | None = None,
     on_step: OnStep | None = None,
 ) -> Figures:
@@ -26,7 +30,9 @@ def analyse_path(
         tracking: method by which the path is found.
         method: method by which the image is made, as in ``reconstruct``.
         frames: number of frames, from the first on, that are used; None for all.
-        background: file of a recording of the same plan without the object, to be subtracted.
+        background: file of a recording of the same plan without the object, to be subtracted; or whether the light of something
+            that stands still is found together with the object, as in ``analyse``.
+        grid: image pixels that a pattern pixel has along each axis, as in ``analyse``.
         results: a new file for a copy with the analysis, which leaves the recording as it is; None writes into the recording.
         on_step: function that is called before each step.
 
@@ -34,11 +40,20 @@ def analyse_path(
         InputError: the recording cannot be read, is being written or may not be changed, no frame is usable, or the object
             leaves the field.
     """
-    recording = recording_to_analyse(path, background, results)
+    fitted, file = background_choice(background)
+    recording = recording_to_analyse(path, file, results)
     used = recording if frames is None else recording.first(frames)
-    analysis = analyse(used, tracking=tracking, method=method, on_step=on_step)
+    analysis = analyse(used, tracking=tracking, method=method, background=fitted, grid=grid, on_step=on_step)
     store(path, recording, analysis, results)
     return analysis.figures
+
+
+def background_choice(background: str | Path | Background) -> tuple[Background, Path | None]:
+    """Tell the words that say whether a background is fitted from the name of a file: a file called so is written ``./fit``."""
+    for word in get_args(Background):
+        if background == word:
+            return word, None
+    return "none", Path(background)
 
 
 def recording_to_analyse(
@@ -65,6 +80,25 @@ def recording_to_analyse(
     return recording.minus(open_recording(background))
 
 
+def light_found(path: str | Path) -> LightModel:
+    """Give what the analysis of a recording found that its bench does to the light.
+
+    Args:
+        path: an analysed recording.
+
+    Raises:
+        InputError: the file cannot be read, or was not analysed.
+    """
+    found = recording_info(path).analysis
+    if found is None or "light" not in found.table:
+        raise InputError(
+            saw=f"{path} without an analysis that says what the bench does to the light",
+            expected="an analysed recording by the same bench",
+            remedy=f"analyse it first: kinopix analyse {path}",
+        )
+    return LightModel.model_validate(found.table["light"])
+
+
 def store(path: str | Path, recording: Recording, analysis: Analysis, results: str | Path | None = None) -> None:
     """Write an analysis into the file of its recording, or a copy of it, with NaN for frames at the end that were not analysed.
 
@@ -78,12 +112,14 @@ def store(path: str | Path, recording: Recording, analysis: Analysis, results: s
         displacement_px=None if found is None else analysis.padded(found.displacement_px, frames),
         sigma_px=None if found is None else analysis.padded(found.sigma_px, frames),
         image=analysis.image,
+        still=None if image is None else image.still,
         table=analysis.figures.model_dump(mode="json"),
         settings={
             "tracking": analysis.tracking,
             "method": None if image is None else image.method,
             "frames": analysis.figures.frames,
             "refinements": analysis.refinements,
+            "grid": None if image is None else image.grid,
         },
         into=results,
     )

@@ -30,6 +30,12 @@ def run(
     live: Annotated[
         bool, typer.Option("--live", help="Follow the object and show its image while the run goes on.")
     ] = False,
+    light: Annotated[
+        Path | None,
+        typer.Option(
+            help="Analysed recording by this bench: the live view takes what it says of leak, edge loss and offsets."
+        ),
+    ] = None,
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -40,7 +46,7 @@ def run(
     from protocols import KinopixError
 
     try:
-        recording = record(bench, Plan.from_toml(plan), out, overwrite=overwrite, live=live)
+        recording = record(bench, Plan.from_toml(plan), out, overwrite=overwrite, live=live, light=light)
     except (KinopixError, typer.Exit) as error:
         if not hdf5_has_failed():
             raise
@@ -61,7 +67,9 @@ def run(
         raise typer.Exit(3)
 
 
-def record(bench: Path, plan: "Plan", out: Path, *, overwrite: bool, live: bool = False) -> "Recording":
+def record(
+    bench: Path, plan: "Plan", out: Path, *, overwrite: bool, live: bool = False, light: Path | None = None
+) -> "Recording":
     """Run one plan with progress bars, and with motion and image below them if ``live``.
 
     Raises:
@@ -79,7 +87,12 @@ def record(bench: Path, plan: "Plan", out: Path, *, overwrite: bool, live: bool 
     if live:
         from instrument.live import LiveAnalysis
 
-        analysis = LiveAnalysis(plan)
+        if light is None:
+            analysis = LiveAnalysis(plan)
+        else:
+            from instrument.analysis import light_found
+
+            analysis = LiveAnalysis(plan, light=light_found(light))
     with Instrument.from_toml(bench) as instrument, LiveView(bars) if live else bars as shown:
         listeners: list[Listener] = [_ProgressBars(bars, plan.patterns)]
         if analysis is not None and isinstance(shown, LiveView):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from instrument.choices import Method, Tracking
+from instrument.choices import Background, Grid, Method, Tracking
 from instrument.cli.options import JsonOption, print_json
 
 if TYPE_CHECKING:
@@ -25,8 +25,16 @@ def analyse_file(
     method: Annotated[Method, typer.Option(help="How the image is made.")] = "tv",
     frames: Annotated[int | None, typer.Option(min=1, help="Use the first frames only.")] = None,
     background: Annotated[
-        Path | None, typer.Option(help="Recording of the same plan without the object, to be subtracted.")
-    ] = None,
+        str,
+        typer.Option(
+            metavar="auto|fit|none|FILE",
+            help="What stands still: found with the object where the values show it (auto), always, never; or a recording of the "
+            "same plan without the object, to be subtracted.",
+        ),
+    ] = "auto",
+    grid: Annotated[
+        Grid, typer.Option(help="Image pixels to a pattern pixel's side; auto: 2 where the motion supports it.")
+    ] = "auto",
     results: Annotated[
         Path | None, typer.Option(help="New file for a copy with the analysis; the recording stays as it is.")
     ] = None,
@@ -37,17 +45,18 @@ def analyse_file(
     as_json: JsonOption = False,
 ) -> None:
     """Track and reconstruct a recording; write /entry/analysis into it, pictures beside it, and print the figures."""
-    from instrument.analysis import recording_to_analyse, store
+    from instrument.analysis import background_choice, recording_to_analyse, store
     from instrument.storage import remains_of
     from instrument.views import OUT, figures_table, picture_folder, say, warn, write_pictures
 
     for left in remains_of(file):
         warn(f"{left} was left behind by a program that ended early, and is removed")
-    recording = recording_to_analyse(file, background, results)
+    fitted, background_file = background_choice(background)
+    recording = recording_to_analyse(file, background_file, results)
     folder = pictures or (results or file).parent
     if not no_pictures:
         picture_folder(folder)  # asked before the work, not after
-    analysis = analysed(recording.first(frames) if frames else recording, tracking, method)
+    analysis = analysed(recording.first(frames) if frames else recording, tracking, method, fitted, grid)
     store(file, recording, analysis, results)
     drawn = [] if no_pictures else write_pictures(analysis, folder, (results or file).stem)
     if as_json:
@@ -58,7 +67,13 @@ def analyse_file(
         say(f"drawn {path}")
 
 
-def analysed(recording: "Recording", tracking: Tracking, method: Method) -> "Analysis":
+def analysed(
+    recording: "Recording",
+    tracking: Tracking = "joint",
+    method: Method = "tv",
+    background: Background = "auto",
+    grid: Grid = "auto",
+) -> "Analysis":
     """Analyse with a progress bar, and say what is not as it should be.
 
     Raises:
@@ -76,6 +91,8 @@ def analysed(recording: "Recording", tracking: Tracking, method: Method) -> "Ana
             recording,
             tracking=tracking,
             method=method,
+            background=background,
+            grid=grid,
             on_step=lambda what, done, total: bars.update(task, description=what, completed=done, total=total),
         )
     for doubt in analysis.figures.doubts:

@@ -14,6 +14,7 @@ from instrument.config.discovery import (
 )
 from instrument.config.document import read_document
 from instrument.config.errors import ConfigError, Problem
+from instrument.config.light_table import NOTHING_KNOWN, DeadTimeKind, LightTable
 from instrument.config.scheme_table import (
     DEFAULT_SCHEME,
     SchemePlugin,
@@ -25,9 +26,12 @@ from instrument.config.scheme_table import (
 
 __all__ = [
     "DEFAULT_SCHEME",
+    "NOTHING_KNOWN",
     "BenchConfig",
     "ConfigError",
+    "DeadTimeKind",
     "InstalledPlugin",
+    "LightTable",
     "OnAbort",
     "PluginBroken",
     "PluginKind",

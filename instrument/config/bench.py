@@ -19,6 +19,7 @@ from instrument.config.discovery import (
 )
 from instrument.config.document import Document, read_document
 from instrument.config.errors import ConfigError, Problem
+from instrument.config.light_table import NOTHING_KNOWN, LightTable
 from instrument.config.positions import KeyPath
 from instrument.roles import ROLES, Role, RoleName
 from protocols import DriverPlugin, Frozen, ScenePlugin, TransportPlugin
@@ -77,7 +78,9 @@ def _whole_file() -> type[Frozen]:
     fields: dict[str, Any] = {
         role.name: (_table_of(role), ...) if role.needed else (_table_of(role) | None, None) for role in ROLES
     }
-    return create_model("BenchTables", __base__=Frozen, **fields, scene=(SceneTable | None, None))
+    return create_model(
+        "BenchTables", __base__=Frozen, **fields, scene=(SceneTable | None, None), light=(LightTable, NOTHING_KNOWN)
+    )
 
 
 PluginT = TypeVar("PluginT", bound=Plugin)
@@ -133,6 +136,9 @@ class BenchConfig:
     scene: Resolved[ScenePlugin[Any]] | None = None
     """The simulated bench; None where all devices are real."""
 
+    light: LightTable = NOTHING_KNOWN
+    """What is known of how the bench differs from an ideal one."""
+
     @property
     def folder(self) -> Path:
         """Folder of bench.toml: relative paths in settings start here."""
@@ -143,6 +149,7 @@ class BenchConfig:
         bench: dict[str, Any] = {name: device.as_dict() for name, device in self.devices.items()}
         bench["stage"] |= {"on_abort": self.on_abort, "px_per_mm": self.px_per_mm}
         bench["scene"] = self.scene.as_dict() if self.scene else None
+        bench["light"] = self.light.model_dump(mode="json", exclude_none=True)
         return json.dumps(bench, indent=2)
 
 
@@ -180,7 +187,8 @@ def _checked(document: Document) -> BenchConfig:
     devices: dict[RoleName, ResolvedDevice] = {name: device for name, device in found.items() if device is not None}
     if problems or stage is None or len(devices) < len(found):
         raise ConfigError(document.path, problems)
-    return BenchConfig(document.path, devices, stage.on_abort, stage.px_per_mm, scene)
+    light = search.table("light", LightTable) if "light" in document.values else None
+    return BenchConfig(document.path, devices, stage.on_abort, stage.px_per_mm, scene, light or NOTHING_KNOWN)
 
 
 TableT = TypeVar("TableT", bound=BaseModel)

@@ -1,6 +1,6 @@
-"""What the values of every frame say of the object's displacement, given an image of it.
+"""What the values of every frame say of the object's displacement, given a prediction of them.
 
-Each kind of value is compared with what the image predicts where the object is taken to be. The comparison gives a residual, and
+Each kind of value is compared with what the images predict where the object is taken to be. The comparison gives a residual, and
 the derivative of the prediction by the displacement, both in units of the noise: what a Gauss-Newton step needs.
 """
 
@@ -8,12 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from instrument.measurement import ImageValues
-from instrument.reconstruction import FixedPatterns, Problem, walsh_rows
+from instrument.joint.prediction import Prediction
+from instrument.reconstruction import Problem
 from instrument.schemes import PositionReading, position_of
-from protocols import Floats, Integers, Singles
+from protocols import Floats, Integers
 
-_LEAST_VARIANCE = 0.02  # over the mean variance: a dark frame of photon counts is not without noise
 _TINY = 1e-12
 
 
@@ -26,6 +25,20 @@ class View:
 
     slope: Floats
     """``(rows, 2)``: derivative of the predicted value by x and y, 1/px."""
+
+
+@dataclass(frozen=True, eq=False)
+class Directions:
+    """Combinations of an axis's k position values, each ``(rows, k)`` and divided by its own noise."""
+
+    columns: Integers
+    """``(k,)``: which of all position values they combine."""
+
+    along: Floats
+    """The combination that a motion along the axis changes."""
+
+    across: Floats | None
+    """The one at right angles to it, which no motion changes: the signal's amplitude. None where the axis has one pattern."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +55,7 @@ class AxisView:
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """All that the values of a run say of the displacement, given an image."""
+    """All that the values of a run say of the displacement, given a prediction."""
 
     x: AxisView
     """Position patterns along x."""
@@ -64,97 +77,51 @@ class Evidence:
         return self.x.position, self.y.position, self.hadamard
 
 
-@dataclass(frozen=True, eq=False)
-class _Prediction:
-    """Values that an image gives for the k position patterns."""
-
-    values: Floats
-    """``(rows, k)``."""
-
-    slopes: Floats
-    """``(rows, k, 2)``: derivatives by x and y, per px."""
-
-    variance: Floats
-    """``(rows, k)``: variance of the measured values if they are as predicted."""
-
-
-def evidence_of(problem: Problem, fixed: FixedPatterns, total: Floats, image: Singles) -> Evidence:
-    """Compare the measured values with those that an image predicts where the object is taken to be.
+def evidence_of(problem: Problem, prediction: Prediction, offset: Floats) -> Evidence:
+    """Compare the measured values with the predicted ones.
 
     Only the direction in which motion changes an axis's position values counts, not their amplitude, so that an image that is
     too smooth or too dark is not mistaken for a motion.
 
     Args:
-        problem: values, and the displacement of the object.
-        fixed: position patterns, prepared for all displacements.
-        total: ``(rows,)`` total light, smoothed over frames.
-        image: ``(height, width)`` of the problem's region.
+        problem: values measured.
+        prediction: what they are compared with.
+        offset: ``(k,)`` share of the total light that each position value has beyond the prediction.
+    """
+    residual = problem.values.fixed - prediction.values - prediction.total[:, None] * offset
+    x, y = (_axis_view(directions_of(problem, prediction, axis), prediction, residual) for axis in range(2))
+    sigma = problem.values.difference_sigma
+    of_difference = (problem.values.difference - prediction.difference) / sigma
+    return Evidence(x, y, View(of_difference, prediction.difference_slopes / sigma[:, None]))
+
+
+def directions_of(problem: Problem, prediction: Prediction, axis: int) -> Directions:
+    """Find the direction of motion of an axis's position values, and the one at right angles to it.
+
+    Args:
+        problem: values measured.
+        prediction: values where the object is taken to be.
+        axis: 0 for x, 1 for y.
     """
     reading = position_of(problem.scheme)
-    prediction = _predict(problem, fixed, reading, total, image)
-    x, y = (_axis_view(axis, problem, reading, prediction, total) for axis in range(2))
-    return Evidence(x, y, _hadamard_view(problem, image))
-
-
-def _predict(
-    problem: Problem, fixed: FixedPatterns, reading: PositionReading, total: Floats, image: Singles
-) -> _Prediction:
-    """Predict the values of the position patterns.
-
-    Light that the image lacks, ``total`` less its own, does not stem from motion. It is taken to be spread over the field, where
-    half of the mirrors of a Fourier pattern let it through. Moment patterns have no such share: there the light that is lacking
-    is taken to lie where the image does.
-    """
-    place_px = problem.places.fixed
-    predicted, slopes = fixed.values(fixed.maps(image), place_px)
-    all_one = FixedPatterns(np.ones_like(fixed.patterns[:1]), fixed.region, fixed.width)
-    own_light, _ = all_one.values(all_one.maps(image), place_px.mean(axis=1, keepdims=True))
-    if reading.period_px is None:
-        scale = total[:, None] / np.maximum(own_light, _TINY)
-        predicted, slopes = predicted * scale, slopes * scale[..., None]
-    else:
-        predicted += (total[:, None] - own_light) / 2
-    return _Prediction(predicted, slopes, _predicted_variance(problem.values, predicted))
-
-
-def _predicted_variance(values: ImageValues, predicted: Floats) -> Floats:
-    """Give the variance that the position values, ``(rows, k)``, have if they are as predicted.
-
-    Photon counts get it from the regression of the measured values' variances on these values. Weighting each count by its own
-    variance would favour low counts, which where there are few of them biases the motion by more than its noise.
-    """
-    measured, variance = values.fixed, values.fixed_variance
-    if not values.photon_counts:
-        return variance
-    mean = float(measured.mean())
-    deviation: Floats = measured - mean
-    slope = float(np.vdot(deviation, variance) / (np.vdot(deviation, deviation) + _TINY))
-    mean_variance = float(variance.mean())
-    regression: Floats = mean_variance + slope * (predicted - mean)
-    return np.maximum(regression, mean_variance * _LEAST_VARIANCE)
-
-
-def _axis_view(
-    axis: int, problem: Problem, reading: PositionReading, prediction: _Prediction, total: Floats
-) -> AxisView:
-    """Project the values of an axis on the direction of motion, and on the one at right angles to it."""
     columns: Integers = np.asarray(np.searchsorted(np.unique(reading.columns), reading.columns[axis]), np.int64)
-    predicted, slopes, variance = (
-        part[:, columns] for part in (prediction.values, prediction.slopes, prediction.variance)
-    )
-    residual = problem.values.fixed[:, columns] - predicted
-
-    along = _unit(slopes[:, :, axis])
+    variance = prediction.variance[:, columns]
+    along = _unit(prediction.slopes[:, columns, axis])
     sigma: Floats = np.sqrt(np.sum(along**2 * variance, axis=1))
-    slope = np.einsum("rk,rka->ra", along, slopes) / sigma[:, None]
-    position = View(np.sum(along * residual, axis=1) / sigma, slope)
-
-    radial = _radial_direction(reading, axis, predicted, total)
+    radial = _radial_direction(reading, axis, prediction.values[:, columns], prediction.total)
     if radial is None:
-        return AxisView(position, None)
+        return Directions(columns, along / sigma[:, None], None)
     across = _unit(radial - np.vecdot(radial, along)[:, None] * along)
     across_sigma: Floats = np.sqrt(np.sum(across**2 * variance, axis=1)) + _TINY
-    return AxisView(position, np.sum(across * residual, axis=1) / across_sigma)
+    return Directions(columns, along / sigma[:, None], across / across_sigma[:, None])
+
+
+def _axis_view(directions: Directions, prediction: Prediction, residual: Floats) -> AxisView:
+    """Project the residuals, ``(rows, k)``, on the direction of motion, and on the one at right angles to it."""
+    own = residual[:, directions.columns]
+    slope = np.einsum("rk,rka->ra", directions.along, prediction.slopes[:, directions.columns])
+    position = View(np.sum(directions.along * own, axis=1), slope)
+    return AxisView(position, None if directions.across is None else np.sum(directions.across * own, axis=1))
 
 
 def _radial_direction(reading: PositionReading, axis: int, predicted: Floats, total: Floats) -> Floats | None:
@@ -170,27 +137,3 @@ def _unit(vectors: Floats) -> Floats:
     """Give ``(rows, k)`` vectors the length 1, and leave those of length 0."""
     unit: Floats = vectors / (np.linalg.norm(vectors, axis=1)[:, None] + _TINY)
     return unit
-
-
-def _hadamard_view(problem: Problem, image: Singles) -> View:
-    """Compare the Hadamard differences, both patterns of a pair taken at the mean of their displacements.
-
-    With y and x the two Walsh rows of a pattern as the moved object sees them, the difference is y' image x.
-    """
-    values, region = problem.values, problem.region
-    x_px, y_px = ((problem.places.positive + problem.places.negative) / 2).T
-
-    def rows_and_slopes(number: int, place_px: Floats, first_px: int, count: int) -> tuple[Singles, Singles]:
-        """Give one factor of each pattern, and its derivative by the displacement."""
-        walsh = values.pairs[:, number]
-        rows = walsh_rows(values.size, walsh, place_px, first_px, count)
-        return rows, walsh_rows(values.size, walsh, place_px, first_px, count, slope=True)
-
-    y_rows, y_slopes = rows_and_slopes(0, y_px, region.top, region.height)
-    x_rows, x_slopes = rows_and_slopes(1, x_px, region.left, region.width)
-    columns = y_rows @ image
-    by_x: Floats = np.vecdot(columns, x_slopes)
-    by_y: Floats = np.vecdot(y_slopes @ image, x_rows)
-    sigma = values.difference_sigma
-    residual = (values.difference - np.vecdot(columns, x_rows)) / sigma
-    return View(residual, np.stack([by_x, by_y], axis=-1) / sigma[:, None])

@@ -4,10 +4,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from instrument.choices import Background
+from instrument.joint.background import background_of
 from instrument.joint.evidence import Evidence, View, evidence_of
-from instrument.measurement import ImageValues, Measurement
+from instrument.joint.grid import grid_of
+from instrument.joint.light_fit import fit_light
+from instrument.joint.prediction import Predictor
+from instrument.measurement import LightModel, Measurement, first_light
 from instrument.numerics import Smooth, TvState, one_blas_thread, smooth, total_variation
-from instrument.reconstruction import Problem, Reconstruction, Solution
+from instrument.reconstruction import Problem, Reconstruction, solution_of
 from instrument.recording import Recording
 from instrument.schemes import position_of
 from instrument.tracking import Trajectory, as_trajectory
@@ -38,10 +43,16 @@ class Refined:
     refinements: int
     """Number of refinements of the path; 0 where the one given was kept."""
 
+    measurement: Measurement
+    """What was measured, corrected by the light model that the run determined."""
+
 
 @dataclass(frozen=True, eq=False)
 class _Iterate:
-    """A path, and the image problem that it states."""
+    """A path and a light model, and the image problem that they state."""
+
+    measurement: Measurement
+    """What was measured, corrected by the light model."""
 
     problem: Problem
     """Image values, and the displacement during each pattern."""
@@ -52,16 +63,38 @@ class _Iterate:
     refinements: int = 0
     """Number of refinements that led to it."""
 
+    def lit_by(self, light: LightModel) -> "_Iterate":
+        """Correct the values by another light model."""
+        if light == self.measurement.light:
+            return self
+        measurement = self.measurement.lit_by(light)
+        return replace(self, measurement=measurement, problem=self.problem.remeasured(measurement))
+
+    def along(self, trajectory: Trajectory) -> "_Iterate":
+        """Take another path."""
+        return replace(
+            self, problem=self.problem.moved(trajectory), trajectory=trajectory, refinements=self.refinements + 1
+        )
+
 
 @one_blas_thread()
-def refine(recording: Recording | Measurement, motion: Trajectory | Floats, *, region: bool = True) -> Refined:
-    """Refine a trajectory by all that was measured, and reconstruct the image.
+def refine(
+    recording: Recording | Measurement,
+    motion: Trajectory | Floats,
+    *,
+    region: bool = True,
+    grid: int | None = 1,
+    background: Background = "auto",
+    fitted: bool = True,
+) -> Refined:
+    """Refine a trajectory and the light model by all that was measured, and reconstruct the image.
 
-    Each refinement solves for the image with the path held (total variation, warm start), and then makes one Gauss-Newton step
-    of the path with the image held. The image predicts all values of every frame: those of the position patterns from the binary
-    patterns as they were shown, so that dithering is no error any more, and the Hadamard difference. Each frame's step is
-    weighted by its Fisher information, and the path is smoothed as far as the data allow. The final image is solved for without
-    a warm start, as what earlier images invented with a worse path would persist.
+    Each refinement solves for the image with the path held (total variation, warm start), fits the free numbers of the light
+    model to what the image leaves unexplained, and then makes one Gauss-Newton step of the path with the image held. The image
+    predicts all values of every frame: those of the position patterns from the binary patterns as they act, so that dithering is
+    no error any more, and the Hadamard difference. Each frame's step is weighted by its Fisher information, and the path is
+    smoothed as far as the data allow. The final image is solved for without a warm start, as what earlier images invented with a
+    worse path would persist.
 
     The stated uncertainty is that of the smoothed path, enlarged where the image leaves slow errors in the position values: they
     are seen in the amplitude of the signal, which no motion changes, and count in proportion to these values' share in the
@@ -75,50 +108,97 @@ def refine(recording: Recording | Measurement, motion: Trajectory | Floats, *, r
         recording: recording of a scheme with position and image.
         motion: path to start from, right within about a pixel: what ``track`` gave.
         region: whether the object stays inside the field, as in ``reconstruct``.
+        grid: image pixels that a pattern pixel has along each axis in the image that is returned; None takes 2 where motion and
+            noise support it, else 1.
+        fitted: whether leak, edge loss and offsets are fitted to the run. If not, the light model stays as it is.
+        background: whether the light of something that stands still, and that nobody measured, is found too.
 
     Raises:
         InputError: as ``reconstruct``, or the scheme has no position.
     """
-    measurement = Measurement.of(recording)
+    measurement = first_light(recording)
     position_of(measurement.scheme)
     values = measurement.image_values(steady_object=region)
     trajectory = as_trajectory(motion, len(measurement), measurement.frame_time_s)
-    given = _Iterate(Problem.of(measurement, values, trajectory, inside=region), trajectory)
-    best, misfit_given = _refined(given)
-    state = total_variation(*best.problem.hadamard())
-    if state.misfit > _WORSE * misfit_given:
+    problem = Problem.of(measurement, values, trajectory, inside=region)
+    start: TvState | None = None
+    if background == "fit":
+        problem = problem.with_still()
+    elif background == "auto" and len(values) >= _FEWEST_FRAMES:
+        there, start = background_of(measurement, problem)
+        problem = problem.with_still() if there else problem
+    given = _Iterate(measurement, problem, trajectory)
+    refinement = _refined(given, start, fitted=fitted)
+    best = refinement.iterate
+    finer = grid or grid_of(best.trajectory, refinement.penalty)
+    state = _image_of(best, finer)
+    if grid is None and finer > 1 and state.misfit > refinement.misfit:
+        finer = 1  # smaller pixels should explain more, not less
+        state = _image_of(best, finer)
+    if state.misfit > _WORSE * refinement.misfit_given:
         best = given
-        state = total_variation(*given.problem.hadamard())
-    solution = Solution(state.image, best.problem.region, state.misfit, state.iterations)
-    return Refined(best.trajectory, Reconstruction.of(best.problem, solution, "tv"), best.refinements)
+        state = _image_of(given, finer)
+    final = best.problem.on_grid(finer)
+    image = Reconstruction.of(final, solution_of(final, state), "tv")
+    return Refined(best.trajectory, image, best.refinements, best.measurement)
 
 
-def _refined(given: _Iterate) -> tuple[_Iterate, float]:
-    """Refine the path until it stands still. Return the last iterate, and the misfit with the path given."""
-    values = given.problem.values
-    if len(values) < _FEWEST_FRAMES:
-        return given, np.inf
-    fixed = given.problem.fixed_patterns()
-    total = _steady_total(values)
-    current, misfit_given = given, np.inf
-    state: TvState | None = None
+def _image_of(iterate: _Iterate, grid: int) -> TvState:
+    """Solve for the image, with the path held."""
+    problem = iterate.problem.on_grid(grid)
+    return total_variation(*problem.hadamard(), finer=problem.finer)
+
+
+@dataclass(frozen=True, eq=False)
+class _Refinement:
+    """What refining led to."""
+
+    iterate: _Iterate
+    """The last iterate."""
+
+    misfit_given: float = np.inf
+    """Misfit with the path given."""
+
+    misfit: float = np.inf
+    """Misfit of the last image on the patterns' grid."""
+
+    penalty: float = np.inf
+    """How strong the noise is, as ``TvState.penalty`` says."""
+
+
+def _refined(given: _Iterate, state: TvState | None, *, fitted: bool) -> _Refinement:
+    """Refine path and light until they stand still."""
+    if len(given.problem.values) < _FEWEST_FRAMES:
+        return _Refinement(given)
+    current, misfit_given, misfit, penalty = given, np.inf, np.inf, np.inf
+    predictor = Predictor.of(given.problem)
+    superpixel = given.measurement.plan.superpixel
     for refinements in range(1, _MOST_REFINEMENTS + 1):
-        state = total_variation(*current.problem.hadamard(), tolerance=0.03, iterations=40, start=state)
-        if refinements == 1:
-            misfit_given = state.misfit
-        evidence = evidence_of(current.problem, fixed, total, state.image)
-        trajectory = _gauss_newton_step(evidence, values.frame, current.trajectory)
+        if refinements > 1 or state is None:
+            cold = current.problem.still and state is None
+            state = total_variation(
+                *current.problem.hadamard(),
+                tolerance=0.01 if cold else 0.03,
+                iterations=200 if cold else 40,
+                start=state,
+            )
+        misfit, penalty = state.misfit, state.penalty
+        misfit_given = misfit if refinements == 1 else misfit_given
+        predictor = predictor.of_field(current.problem)
+        still = state.images[1] if current.problem.still else None
+        prediction = predictor.predict(current.problem, state.image, still)
+        light = current.measurement.light
+        offset = np.zeros(prediction.values.shape[1])
+        if fitted:
+            fit = fit_light(current.problem, prediction, light, superpixel)
+            current, offset = current.lit_by(fit.light), fit.offset
+        evidence = evidence_of(current.problem, prediction, offset)
+        trajectory = _gauss_newton_step(evidence, current.problem.values.frame, current.trajectory)
         change_px = trajectory.displacement_px - current.trajectory.displacement_px
-        current = _Iterate(current.problem.moved(trajectory), trajectory, refinements)
+        current = current.along(trajectory)
         if np.mean(change_px**2) < _STANDS_STILL**2 * np.mean(trajectory.sigma_px**2):
             break
-    return current, misfit_given
-
-
-def _steady_total(values: ImageValues) -> Floats:
-    """Give the total light I_H+ + I_H-, ``(rows,)``, smoothed over frames."""
-    total: Floats = values.positive + values.negative
-    return smooth(total, np.ones(len(total)), orders=(1,)).values
+    return _Refinement(current, misfit_given, misfit, penalty)
 
 
 def _gauss_newton_step(evidence: Evidence, frame: Integers, last: Trajectory) -> Trajectory:

@@ -3,6 +3,7 @@
 from typing import Final
 
 from instrument.live.line import IMAGE_INTERVAL_S, LiveCounters, LiveLine, LiveUpdate
+from instrument.measurement import IDEAL, LightModel
 from instrument.plan import Plan
 from instrument.session import BlockEvent, Feed, FinishedEvent, ImageEvent, Publish, TrackingEvent
 from protocols import Clock, MonotonicClock
@@ -25,6 +26,7 @@ class LiveAnalysis:
         self,
         plan: Plan,
         *,
+        light: LightModel = IDEAL,
         image_interval_s: float = IMAGE_INTERVAL_S,
         max_rows: int | None = None,
         clock: Clock | None = None,
@@ -33,11 +35,12 @@ class LiveAnalysis:
 
         Args:
             plan: what is shown.
+            light: what an earlier analysis found that the bench does to the light; see ``analysis.light_found``.
             image_interval_s: stream time from image to image.
             max_rows: frames kept for the image, as in ``ProgressiveImager``.
             clock: by which the effort for an image is kept below the interval; None takes the host's, on which the work is done.
         """
-        self._line = LiveLine(plan, image_interval_s=image_interval_s, max_rows=max_rows)
+        self._line = LiveLine(plan, light=light, image_interval_s=image_interval_s, max_rows=max_rows)
         self._interval_s = image_interval_s
         self._clock = clock or MonotonicClock()
         self._effort = 1.0

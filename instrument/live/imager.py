@@ -10,7 +10,7 @@ from instrument.live.kept_frames import KeptFrames
 from instrument.measurement import ImageValues, noise_variance
 from instrument.numerics import EIGENVALUE_MARGIN, Operator, TvState, Weighted, close_border, total_variation
 from instrument.plan import Plan
-from instrument.reconstruction import Region, ShiftedHadamard
+from instrument.reconstruction import Field, Region, ShiftedHadamard
 from protocols import Floats, InputError, Singles
 
 _FEWEST_FRAMES: Final = 16
@@ -72,13 +72,14 @@ class ProgressiveImager:
     dark counts are corrected. The analysis of the recording does better.
     """
 
-    def __init__(self, plan: Plan, *, max_rows: int | None = None) -> None:
+    def __init__(self, plan: Plan, *, max_rows: int | None = None, edge_loss_a_side: float = 0.0) -> None:
         """Prepare for one run.
 
         Args:
             plan: what is shown. All frames are kept of a run of at most ``max_rows`` frames.
             max_rows: number of patterns kept; None takes an eighth of all Hadamard patterns, 2,048 for an image of 128 pixels a
                 side.
+            edge_loss_a_side: share of a pattern pixel's light that is lost at each side that borders a dark one.
 
         Raises:
             InputError: ``max_rows`` is below 16, or the scheme has no image.
@@ -92,6 +93,7 @@ class ProgressiveImager:
             )
         room = min(max_rows, plan.frames, patterns)
         self._size = plan.image_size
+        self._field = Field(plan.image_size, edge_loss=edge_loss_a_side)
         self._kept = KeptFrames(plan, room)
         self._settled_frames = min(room, _SETTLED_SHARE * patterns)
         self._iterations_done = 0
@@ -218,7 +220,7 @@ class ProgressiveImager:
         positive_px, negative_px = self._kept.positive_px[entries], self._kept.negative_px[entries]
         if float(np.sqrt(np.mean((negative_px - positive_px) ** 2))) <= _SAME_PLACE_PX:
             positive_px = negative_px = (positive_px + negative_px) / 2
-        rows = ShiftedHadamard.differential(values.pairs, positive_px, negative_px, values.size, region)
+        rows = ShiftedHadamard.differential(values.pairs, positive_px, negative_px, self._field, region)
         sigma = values.difference_sigma
         return Weighted(rows, (1 / sigma).astype(np.float32)), (values.difference / sigma).astype(np.float32)
 
@@ -256,12 +258,12 @@ class ProgressiveImager:
             eigenvector, eigenvalue = _power_method(rows, _recut(self._eigenvector, self._region, region), steps=1)
         if eigenvalue <= 0:
             return None
-        start = TvState.zero(region.shape, eigenvalue)
+        start = TvState.zero((region.shape,), eigenvalue)
         if self._state is not None:
             dual = _recut(self._state.dual, self._region, region)
             close_border(dual)
             dual *= np.float32(self._state.eigenvalue / eigenvalue)  # by which a dual variable is kept divided
-            start = replace(start, image=_recut(self._state.image, self._region, region), dual=dual)
+            start = replace(start, images=(_recut(self._state.image, self._region, region),), duals=(dual,))
         self._eigenvector, self._region = eigenvector, region
         return start
 

@@ -10,6 +10,7 @@ from pydantic import NonNegativeInt
 from instrument.acquisition import AlignedBlock
 from instrument.live.frames import FrameAssembler
 from instrument.live.imager import ProgressiveImager
+from instrument.measurement import IDEAL, LightModel, LightStream
 from instrument.plan import Plan
 from instrument.schemes import scheme_of
 from instrument.tracking import StreamingTracker
@@ -65,18 +66,29 @@ class LiveLine:
     counted: ``images + images_skipped + images_due`` is the number of images that were due so far.
     """
 
-    def __init__(self, plan: Plan, *, image_interval_s: float = IMAGE_INTERVAL_S, max_rows: int | None = None) -> None:
+    def __init__(
+        self,
+        plan: Plan,
+        *,
+        light: LightModel = IDEAL,
+        image_interval_s: float = IMAGE_INTERVAL_S,
+        max_rows: int | None = None,
+    ) -> None:
         """Prepare for one run.
 
         Args:
             plan: plan of the run.
+            light: what an earlier analysis found that the bench does to the light.
             image_interval_s: stream time from one image to the next; at least one frame is taken.
             max_rows: number of patterns kept for the image, as in ``ProgressiveImager``.
         """
         scheme = scheme_of(plan)
         self._frames = FrameAssembler(plan.patterns_per_frame)
         self._tracker = StreamingTracker(plan) if scheme.position is not None else None
-        self._imager = ProgressiveImager(plan, max_rows=max_rows) if scheme.image_rows is not None else None
+        self._light = LightStream(scheme, light)
+        loss = light.edge_loss.value / plan.superpixel
+        imaging = scheme.image_rows is not None
+        self._imager = ProgressiveImager(plan, max_rows=max_rows, edge_loss_a_side=loss) if imaging else None
         self._followed = 0
         self._frames_an_image = max(1, round(image_interval_s / plan.frame_time_s))
         self._new_px: list[Floats] = []
@@ -114,7 +126,8 @@ class LiveLine:
         """Track the object through all frames of these blocks."""
         before = self._followed
         for block in blocks:
-            for values in self._frames.whole(block):
+            for arrived in self._frames.whole(block):
+                values = self._light.take(arrived)
                 displacement_px = np.zeros((len(values), 2)) if self._tracker is None else self._tracker.push(values)
                 if self._imager is not None:
                     self._imager.add(values, displacement_px)

@@ -1,7 +1,35 @@
 """The light model and the one ``Measurement`` that every estimator is given."""
 
 from instrument.measurement.detector import Detector, light_of, noise_variance
+from instrument.measurement.edge_light import bordering_share
+from instrument.measurement.finding import Finding
+from instrument.measurement.first_light import first_light
 from instrument.measurement.image_values import ImageValues, fixed_columns
+from instrument.measurement.light_model import IDEAL, LightModel, Parameter, Source
+from instrument.measurement.light_stream import LightStream
 from instrument.measurement.measurement import Measurement
+from instrument.measurement.screening import Screened, screened, slips_of_counts, tell_slips, usable_frames
+from instrument.measurement.slips import Slips
 
-__all__ = ["Detector", "ImageValues", "Measurement", "fixed_columns", "light_of", "noise_variance"]
+__all__ = [
+    "IDEAL",
+    "Detector",
+    "Finding",
+    "ImageValues",
+    "LightModel",
+    "LightStream",
+    "Measurement",
+    "Parameter",
+    "Screened",
+    "Slips",
+    "Source",
+    "bordering_share",
+    "first_light",
+    "fixed_columns",
+    "light_of",
+    "noise_variance",
+    "screened",
+    "slips_of_counts",
+    "tell_slips",
+    "usable_frames",
+]

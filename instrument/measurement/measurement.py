@@ -1,17 +1,24 @@
 """The measurement that every estimator is given: the light of all frames, corrected once for a recording."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
 
 import numpy as np
 
 from instrument.measurement.detector import light_of
-from instrument.measurement.image_values import ImageValues
+from instrument.measurement.edge_light import with_edge_light
+from instrument.measurement.finding import Finding
+from instrument.measurement.image_values import ImageValues, fixed_columns
+from instrument.measurement.lamp import to_one_moment
+from instrument.measurement.leak import difference_variance_ratio, leak_variance_ratio, without_leak
+from instrument.measurement.light_model import IDEAL, LightModel
+from instrument.measurement.ripple import without_ripples
+from instrument.measurement.screening import screened
 from instrument.numerics import smooth
 from instrument.plan import Plan
 from instrument.recording import Recording
-from instrument.schemes import Light, Observation, Scheme, image_rows_of, position_of, scheme_of
+from instrument.schemes import Light, Observation, Scheme, Signals, as_signals, image_rows_of, position_of, scheme_of
 from protocols import Floats, InputError, Mask
 
 _SIGNIFICANT: Final = 5  # standard errors by which the mean light must be above 0
@@ -47,9 +54,21 @@ class Measurement:
     photon_counts: bool
     """Whether the values count photons."""
 
+    arrived: Floats
+    """``(frames, patterns_per_frame)``: light as it arrived, of which the picture before is a part; NaN likewise."""
+
+    light: LightModel = IDEAL
+    """What the bench does to the light, as far as ``values`` are free of it."""
+
+    light_found: bool = False
+    """Whether the run itself was asked what the light model is."""
+
+    findings: tuple[Finding, ...] = ()
+    """What the screening of the counts found, and mended or masked."""
+
     @classmethod
     def of(cls, recording: "Recording | Measurement") -> "Measurement":
-        """Correct a recording. A measurement is returned as it is.
+        """Screen a recording, and correct it for dead time, dark counts and its background. A measurement is returned as it is.
 
         Raises:
             InputError: there are more counts than the dead time allows, or the argument is no recording.
@@ -62,18 +81,51 @@ class Measurement:
                 expected="a recording",
                 remedy="open the file first: open_recording(path)",
             )
+        screening = screened(recording)
+        recording = screening.recording
         scheme = scheme_of(recording.plan)
         values, variance = light_of(recording, scheme.light_weights)
-        return cls(
+        measurement = cls(
             plan=recording.plan,
             scheme=scheme,
             values=values,
+            arrived=values,
             variance=variance,
             valid=recording.frame_valid & np.isfinite(values).all(axis=1),
             pattern_time_s=recording.pattern_time_s,
             frame_time_s=recording.frame_time_s,
             photon_counts=recording.photon_counts,
+            findings=screening.findings,
         )
+        return measurement.lit_by(LightModel.of(recording.light))
+
+    def lit_by(self, light: LightModel) -> "Measurement":
+        """Correct what arrived by another light model."""
+        if light == self.light:
+            return self
+        before, after = (leak_variance_ratio(model.leak.value) for model in (self.light, light))
+        values = without_leak(self.arrived, light.leak.value)
+        loss_a_side = light.edge_loss.value / self.plan.superpixel
+        lit = self.valid & np.isfinite(values).all(axis=1)
+        mean_total = float((values[lit] @ self.scheme.light_weights).mean()) if light.ripples and lit.any() else 0.0
+        values = without_ripples(values, self.pattern_time_s, light.ripples, mean_total)
+        values = with_edge_light(values, self.scheme, self.plan.image_size, loss_a_side)
+        return replace(self, light=light, values=values, variance=self.variance * (after / before))
+
+    @property
+    def edge_loss_a_side(self) -> float:
+        """Share of a pattern pixel's light that is lost at each side that borders a dark one."""
+        return self.light.edge_loss.value / self.plan.superpixel
+
+    @cached_property
+    def centre(self) -> Signals:
+        """``(2,)``: centre of the signals along x and y, which the offsets of the patterns move away from 0."""
+        reading = position_of(self.scheme)
+        if not self.light.offsets:
+            return np.zeros(2, np.complex128)
+        offset = np.array([parameter.value for parameter in self.light.offsets])
+        of_axis = offset[np.searchsorted(fixed_columns(self.scheme), reading.columns)]
+        return as_signals(np.einsum("apk,ak->ap", reading.weights, of_axis))
 
     def __len__(self) -> int:
         """Give the number of frames, those that are not valid included."""
@@ -127,8 +179,9 @@ class Measurement:
         used = self.scheme.light_weights != 0
         squares = self.scheme.light_weights[used] ** 2
         total_variance = np.zeros_like(total) if steady else self.variance[:, used] @ squares
-        light = Light(self.values, self.variance, total, total_variance, lit, self.photon_counts)
-        return Observation.of(position, light)
+        values = self.values * to_one_moment(self.steady_total, lit, self.pattern_time_s, self.scheme.light_weights)
+        light = Light(values, self.variance, total, total_variance, lit, self.photon_counts)
+        return Observation.of(position, light, self.centre)
 
     def image_values(self, *, steady_object: bool) -> ImageValues:
         """Give what the valid frames say of the image.
@@ -153,17 +206,21 @@ class Measurement:
         if steady_object and len(frame) >= _FEWEST_FRAMES and (total > 0).any():
             lamp = smooth(total, np.ones(len(total)), orders=(1,)).values
             lamp = np.maximum(lamp / lamp.mean(), _LEAST_LAMP)
-        return ImageValues.of(
+        every, time_s = np.ones(len(frame), np.bool_), self.pattern_time_s[frame]
+        bright = self.values[frame] * to_one_moment(lamp, every, time_s, self.scheme.light_weights)
+        values = ImageValues.of(
             self.scheme,
             frame=frame,
             pairs=rows.pairs[frame % len(rows.pairs)],
-            values=self.values[frame],
+            values=bright,
             variance=self.variance[frame],
-            time_s=self.pattern_time_s[frame],
+            time_s=time_s,
             lamp=lamp,
             size=self.plan.image_size,
             photon_counts=self.photon_counts,
         )
+        ratio = difference_variance_ratio(self.light.leak.value)
+        return replace(values, difference_variance=values.difference_variance * ratio)
 
     def light_change(self) -> float:
         """Give the largest change of the total light in the run, relative to its median.

@@ -1,5 +1,6 @@
 """The non-negative image of least total variation that explains the values within their noise."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final, Self
 
@@ -23,18 +24,19 @@ _NOISY = 0.1  # lambda, in typical transmissions, above which reweighting more t
 _LEAST_LAMBDA = 0.02  # of the brightest pixel of A'b: with a smaller lambda first-order methods converge too slowly
 _EXPLAINED = 1.05  # misfit at which the values count as explained
 _STALLED = 0.8  # ratio of successive misfits above which further Bregman steps would fit errors of the model
+_SCALE_STEPS = 8  # of the power method, for the scale of an image: a tenth more or less does not matter
 _BUDGET = 4  # times ``iterations``: all solutions together
 
 
 @dataclass(frozen=True, eq=False)
 class TvState:
-    """The image that the solver ended at, and what a warm start from there needs."""
+    """The images that the solver ended at, one as a rule, and what a warm start from there needs."""
 
-    image: Singles
-    """``(height, width)``."""
+    images: tuple[Singles, ...]
+    """``(height, width)`` each."""
 
-    dual: Singles
-    """``(2, 4, height, width)``: dual variable of the gradients as in ``tv_steps``, divided by ``eigenvalue``."""
+    duals: tuple[Singles, ...]
+    """``(2, 4, height, width)`` each: dual variable of the gradients as in ``tv_steps``, divided by ``eigenvalue``."""
 
     eigenvalue: float
     """Upper bound of the eigenvalues of A'A, A whitened."""
@@ -48,11 +50,28 @@ class TvState:
     relaxation: float = _RHO
     """Over-relaxation rho of the iteration."""
 
+    penalty: float = 0.0
+    """Jump that the penalty takes from an edge of the first image, over its typical transmission: how strong the noise is."""
+
+    scales: tuple[float, ...] = (1.0,)
+    """Factor on each image with which all are seen alike."""
+
     @classmethod
-    def zero(cls, shape: tuple[int, int], eigenvalue: float) -> Self:
-        """Give the start of a first solution: image, of ``shape`` (height, width), and dual variable are 0."""
-        dual = np.zeros((2, CORNERS, *shape), np.float32)
-        return cls(np.zeros(shape, np.float32), dual, eigenvalue, misfit=float("nan"), iterations=0)
+    def zero(cls, shapes: tuple[tuple[int, int], ...], eigenvalue: float) -> Self:
+        """Give the start of a first solution: images, of ``shapes`` (height, width), and dual variables are 0."""
+        images = tuple(np.zeros(shape, np.float32) for shape in shapes)
+        duals = tuple(np.zeros((2, CORNERS, *shape), np.float32) for shape in shapes)
+        return cls(images, duals, eigenvalue, misfit=float("nan"), iterations=0, scales=(1.0,) * len(shapes))
+
+    @property
+    def image(self) -> Singles:
+        """``(height, width)``: the first image."""
+        return self.images[0]
+
+    @property
+    def dual(self) -> Singles:
+        """``(2, 4, height, width)``: dual variable of the first image."""
+        return self.duals[0]
 
 
 def total_variation(
@@ -60,6 +79,7 @@ def total_variation(
     values: Singles,
     *,
     strength: float = 3.0,
+    finer: Sequence[int] | None = None,
     reweightings: int | None = None,
     bregman_steps: int = 0,
     tolerance: float = 0.005,
@@ -67,6 +87,9 @@ def total_variation(
     start: TvState | None = None,
 ) -> TvState:
     """Minimise 1/2 ||A x - b||^2 + lambda sum w |grad x| over x >= 0.
+
+    x may be several images, as those of an object and of what stands still behind it. The sum is over the pixels of all, and no
+    gradient reaches from one image to another.
 
     The rows must be whitened, so that each value has noise of variance 1. The norm of the gradient is isotropic and the mean
     over a pixel's four corners. lambda is ``strength`` times the standard deviation, rms over pixels, of A'n for white noise n
@@ -92,6 +115,9 @@ def total_variation(
         operator: A, whitened.
         values: ``(rows,)`` b, whitened.
         strength: larger values smooth more; 3 suits reweighting, 4 to 6 Bregman steps alone.
+        finer: for each image, how many times smaller than usual its pixels are; None for 1. The total variation of the same
+            object in n times smaller pixels is n times larger, and the noise of a pixel n^2 times smaller, by which it is
+            weighted: with n times the strength it is smoothed alike.
         reweightings: number of reweighted solutions; None chooses it as described above, 0 gives plain total variation.
         bregman_steps: number of Bregman steps after those.
         tolerance: change of the predicted values at which a solution ends.
@@ -103,7 +129,9 @@ def total_variation(
         E. J. Candes, M. B. Wakin, S. P. Boyd, J. Fourier Anal. Appl. 14 (2008) 877 (reweighting).
         S. Osher et al., Multiscale Model. Simul. 4 (2005) 460 (Bregman).
     """
-    solver = _CondatVu(operator, values, strength=strength, tolerance=tolerance, iterations=iterations, start=start)
+    solver = _CondatVu(
+        operator, values, strength=strength, finer=finer, tolerance=tolerance, iterations=iterations, start=start
+    )
     if start is None or reweightings == 0 or (reweightings is None and solver.noisy):
         solver.solve(values, reweighted=False)
     if reweightings is None:
@@ -111,7 +139,16 @@ def total_variation(
     for _ in range(reweightings):
         solver.solve(values, reweighted=True)
     misfit = _take_bregman_steps(solver, values, bregman_steps, reweighted=reweightings > 0)
-    return TvState(solver.image, solver.dual, solver.eigenvalue, misfit, solver.iterations_done, solver.relaxation)
+    return TvState(
+        tuple(layer.image for layer in solver.layers),
+        tuple(layer.dual for layer in solver.layers),
+        solver.eigenvalue,
+        misfit,
+        solver.iterations_done,
+        solver.relaxation,
+        solver.penalty,
+        solver.scales,
+    )
 
 
 def _take_bregman_steps(solver: "_CondatVu", values: Singles, steps: int, *, reweighted: bool) -> float:
@@ -127,6 +164,36 @@ def _take_bregman_steps(solver: "_CondatVu", values: Singles, steps: int, *, rew
         misfit, previous = _rms(residual), misfit
         steps -= 1
     return misfit
+
+
+class _Layer:
+    """One of the images, its dual variable, and what its steps need.
+
+    Where images are seen with different weight, as one on a finer grid is, a step that suits one of them hardly moves the other.
+    The solver therefore works on each image divided by its ``scale``, with which all are seen alike. The image itself stands
+    here; the scale is in the sizes of the steps.
+    """
+
+    def __init__(self, image: Singles, dual: Singles, scale: float, scaled_lambda: float) -> None:
+        self.image = image.copy()
+        self.dual = dual.copy()
+        self.scale = scale
+        self.scaled_lambda = scaled_lambda
+        self.bound = np.zeros((CORNERS, *image.shape), np.float32)
+
+    @property
+    def typical(self) -> float:
+        """Typical transmission: the mean over the image, each pixel weighted by its own transmission."""
+        total = float(self.image.sum())
+        return float(np.vdot(self.image, self.image)) / total if total > 0 else 0.0
+
+    def set_bound(self, *, reweighted: bool) -> None:
+        """Set the largest length of each dual vector, ``(4, height, width)``: 2 lambda w / (4 L), as K is half a gradient."""
+        self.bound[:] = 2 * self.scale * self.scaled_lambda / CORNERS
+        edge = np.float32(_EDGE * self.typical)
+        if reweighted and edge > 0:
+            self.bound *= edge / (gradient_norms(self.image) + edge)
+        np.maximum(self.bound, np.float32(1e-20), out=self.bound)
 
 
 class _CondatVu:
@@ -149,74 +216,80 @@ class _CondatVu:
         values: Singles,
         *,
         strength: float,
+        finer: Sequence[int] | None,
         tolerance: float,
         iterations: int,
         start: TvState | None,
     ) -> None:
         if start is None:
-            eigenvalue = largest_eigenvalue(operator) * EIGENVALUE_MARGIN
-            start = replace(
-                TvState.zero(operator.image_shape, eigenvalue), relaxation=relaxation_of(operator, eigenvalue)
-            )
+            start = _cold_start(operator)
         self.operator = operator
-        self.image, self.dual = start.image.copy(), start.dual.copy()
+        self.ends = np.cumsum([image.size for image in start.images])[:-1]
         self.eigenvalue, self.iterations_done, self.relaxation = start.eigenvalue, start.iterations, start.relaxation
+        self.scales = start.scales
         scale = max(self.eigenvalue, 1e-30)
-        wanted = strength * _backprojected_noise(operator) / scale
-        least = _LEAST_LAMBDA * float(operator.rmatvec(values).max()) / scale
-        self.lambda_raised = wanted < least
-        self.scaled_lambda = max(wanted, least)  # lambda / L
+        least = [_LEAST_LAMBDA * float(part.max(initial=0.0)) / scale for part in self._split(operator.rmatvec(values))]
+        noise = [_rms(part) / scale for part in self._split(operator.rmatvec(_white(operator.shape[0])))]
+        wanted = [strength * times * each for times, each in zip(finer or [1] * len(noise), noise, strict=True)]
+        self.lambda_raised = wanted[0] < least[0]
+        self.layers = [
+            _Layer(image, dual, own, max(of, at_least))
+            for image, dual, own, of, at_least in zip(
+                start.images, start.duals, start.scales, wanted, least, strict=True
+            )
+        ]
         self.tolerance, self.iterations = tolerance, iterations
         self.budget = _BUDGET * iterations
 
     @property
     def noisy(self) -> bool:
-        """Whether the penalty takes more than a tenth of the typical transmission from an edge."""
-        return self.scaled_lambda > _NOISY * self._typical
+        """Whether the penalty takes more than a tenth of the typical transmission from an edge of the first image."""
+        return self.penalty > _NOISY
 
     @property
-    def _typical(self) -> float:
-        """Typical transmission: the mean over the image, each pixel weighted by its own transmission."""
-        total = float(self.image.sum())
-        return float(np.vdot(self.image, self.image)) / total if total > 0 else 0.0
+    def penalty(self) -> float:
+        """Jump that the penalty takes from an edge of the first image, over its typical transmission."""
+        return self.layers[0].scaled_lambda / max(self.layers[0].typical, 1e-30)
+
+    def _split(self, pixels: Singles) -> list[Singles]:
+        """Give the pixels of each image."""
+        return np.split(pixels, self.ends)
 
     def predicted(self) -> Singles:
-        """Give the values A x of the current image, ``(rows,)``."""
-        return self.operator.matvec(self.image.ravel())
+        """Give the values A x of the current images, ``(rows,)``."""
+        return self.operator.matvec(np.concatenate([layer.image.ravel() for layer in self.layers]))
 
     def solve(self, values: Singles, *, reweighted: bool) -> None:
         """Iterate from where the last solution ended."""
-        operator, image = self.operator, self.image
         tau_data = _TAU / max(self.eigenvalue, 1e-30)
-        bound = self._dual_bound(reweighted=reweighted)
-        # A x - b follows the relaxed image without a product of its own, as it is linear in x.
+        for layer in self.layers:
+            layer.set_bound(reweighted=reweighted)
+        # A x - b follows the relaxed images without a product of its own, as it is linear in x.
         residual = self.predicted() - values
         checked = residual.copy()
         most, iteration = min(self.iterations, self.budget), 0
         for iteration in range(1, most + 1):
-            proposal = operator.rmatvec(residual).reshape(image.shape)  # the gradient, until the step replaces it
-            primal_step(image, self.dual, proposal, tau_data, _TAU)
-            residual += np.float32(self.relaxation) * (operator.matvec(proposal.ravel()) - values - residual)
-            dual_step(image, self.dual, proposal, bound, _SIGMA, self.relaxation)
+            proposal = self.operator.rmatvec(residual)  # the gradient, until the steps replace it
+            parts = [
+                part.reshape(layer.image.shape) for layer, part in zip(self.layers, self._split(proposal), strict=True)
+            ]
+            for layer, part in zip(self.layers, parts, strict=True):
+                primal_step(layer.image, layer.dual, part, tau_data * layer.scale**2, _TAU * layer.scale)
+            residual += np.float32(self.relaxation) * (self.operator.matvec(proposal) - values - residual)
+            for layer, part in zip(self.layers, parts, strict=True):
+                dual_step(layer.image, layer.dual, part, layer.bound, _SIGMA / layer.scale, self.relaxation)
             if iteration % _CHECK_EVERY == 0 or iteration == most:
                 if _rms(residual - checked) < self._tolerated_change(residual):
                     break
                 checked[:] = residual
         self.iterations_done += iteration
         self.budget -= iteration
-        np.maximum(image, 0, out=image)
+        for layer in self.layers:
+            np.maximum(layer.image, 0, out=layer.image)
 
     def _tolerated_change(self, residual: Singles) -> float:
         """Give the change of the predicted values (rms) below which a solution ends."""
         return self.tolerance * (max(1.0, _rms(residual) / 2) if self.lambda_raised else 1.0)
-
-    def _dual_bound(self, *, reweighted: bool) -> Singles:
-        """Give the largest length of each dual vector, ``(4, height, width)``: 2 lambda w / (4 L), as K is half a gradient."""
-        bound = np.full((CORNERS, *self.image.shape), 2 * self.scaled_lambda / CORNERS, np.float32)
-        edge = np.float32(_EDGE * self._typical)
-        if reweighted and edge > 0:
-            bound *= edge / (gradient_norms(self.image) + edge)
-        return np.maximum(bound, np.float32(1e-20))
 
 
 def relaxation_of(operator: Operator, eigenvalue: float) -> float:
@@ -230,21 +303,71 @@ def relaxation_of(operator: Operator, eigenvalue: float) -> float:
         operator: A, whitened.
         eigenvalue: upper bound of the eigenvalues of A'A.
     """
-    rows, columns = np.indices(operator.image_shape)
+    rows, columns = (
+        np.concatenate([np.indices(shape)[axis].ravel() for shape in operator.image_shapes]) for axis in range(2)
+    )
     probes = ((np.zeros_like(rows), 0.0), (columns, 0.5), (rows, 0.5), (rows + columns, 1.0))
     mu = 0.0
     for parity, share in probes:
-        image = (1 - 2 * (parity % 2)).astype(np.float32).ravel()
+        image = (1 - 2 * (parity % 2)).astype(np.float32)
         seen = operator.matvec(image)
         metric = 1 / _TAU - share * _SIGMA_K_SQUARED
         mu = max(mu, float(np.vdot(seen, seen)) / (max(eigenvalue, 1e-30) * image.size * metric))
     return float(min(_RHO, max(1.0, 2 - mu / 2 - _BELOW)))
 
 
-def _backprojected_noise(operator: Operator) -> float:
-    """Estimate the standard deviation, rms over pixels, of A'n for white noise n of variance 1 from one random draw of n."""
-    noise = np.random.default_rng(0).standard_normal(operator.shape[0]).astype(np.float32)
-    return _rms(operator.rmatvec(noise))
+def _cold_start(operator: Operator) -> TvState:
+    """Give images of 0, with scales, eigenvalue and relaxation of the rows."""
+    shapes = operator.image_shapes
+    scales = (1.0,) if len(shapes) == 1 else _scales(operator)
+    scaled = operator if len(shapes) == 1 else _Scaled(operator, _spread(shapes, scales))
+    eigenvalue = largest_eigenvalue(scaled) * EIGENVALUE_MARGIN
+    start = TvState.zero(shapes, eigenvalue)
+    return replace(start, scales=scales, relaxation=relaxation_of(scaled, eigenvalue))
+
+
+def _scales(operator: Operator) -> tuple[float, ...]:
+    """Give factors on the images with which the largest eigenvalue of A'A is the same for each of them alone."""
+    shapes = operator.image_shapes
+    alone = [
+        largest_eigenvalue(_Scaled(operator, _spread(shapes, np.eye(len(shapes))[k])), _SCALE_STEPS)
+        for k in range(len(shapes))
+    ]
+    return tuple(float(np.sqrt(max(alone) / max(value, 1e-30))) for value in alone)
+
+
+def _spread(shapes: tuple[tuple[int, int], ...], factors: Sequence[float] | Floats) -> Singles:
+    """``(pixels,)``: the factor of each image at each of its pixels."""
+    return np.concatenate(
+        [np.full(height * width, factor, np.float32) for (height, width), factor in zip(shapes, factors, strict=True)]
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Scaled:
+    """An operator on images divided by a factor at each pixel."""
+
+    operator: Operator
+    factor: Singles
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        return self.operator.shape
+
+    @property
+    def image_shapes(self) -> tuple[tuple[int, int], ...]:
+        return self.operator.image_shapes
+
+    def matvec(self, image: Singles) -> Singles:
+        return self.operator.matvec(self.factor * image)
+
+    def rmatvec(self, values: Singles) -> Singles:
+        return self.factor * self.operator.rmatvec(values)
+
+
+def _white(rows: int) -> Singles:
+    """Draw white noise n of variance 1, always the same: the rms of A'n is the noise of a pixel that is projected back."""
+    return np.random.default_rng(0).standard_normal(rows).astype(np.float32)
 
 
 def _rms(values: Singles | Floats) -> float:

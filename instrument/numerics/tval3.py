@@ -81,7 +81,7 @@ class _Scaled:
 
     def back(self, values: Floats) -> Floats:
         """Apply its transpose: ``(rows,)`` to ``(height, width)``."""
-        image = self.operator.rmatvec(values.astype(np.float32)).reshape(self.operator.image_shape)
+        image = self.operator.rmatvec(values.astype(np.float32)).reshape(self.operator.image_shapes[0])
         return image.astype(np.float64) / self.norm
 
 

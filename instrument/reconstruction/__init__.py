@@ -4,15 +4,17 @@ from instrument.choices import Method
 from instrument.reconstruction.conventional import inverse_hadamard
 from instrument.reconstruction.correlation import FixedPatterns
 from instrument.reconstruction.dgi import ghost_image
-from instrument.reconstruction.methods import METHODS, ImageMethod, Solution, Solver, method_of
+from instrument.reconstruction.field import Field, hadamard_values
+from instrument.reconstruction.methods import METHODS, ImageMethod, Solution, Solver, method_of, solution_of
 from instrument.reconstruction.problem import Places, Problem
-from instrument.reconstruction.reconstruct import Reconstruction, reconstruct
+from instrument.reconstruction.reconstruct import Reconstruction, binned, reconstruct
 from instrument.reconstruction.region import Region
 from instrument.reconstruction.shifted_hadamard import ShiftedHadamard
 from instrument.reconstruction.walsh_rows import walsh_changes, walsh_rows
 
 __all__ = [
     "METHODS",
+    "Field",
     "FixedPatterns",
     "ImageMethod",
     "Method",
@@ -23,10 +25,13 @@ __all__ = [
     "ShiftedHadamard",
     "Solution",
     "Solver",
+    "binned",
     "ghost_image",
+    "hadamard_values",
     "inverse_hadamard",
     "method_of",
     "reconstruct",
+    "solution_of",
     "walsh_changes",
     "walsh_rows",
 ]

@@ -1,6 +1,6 @@
 """Values that fixed patterns give of an image at any displacement: correlation maps."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
 
@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from scipy import fft
 from scipy.sparse import csr_array
 
+from instrument.reconstruction.field import Field
 from instrument.reconstruction.region import Region
-from protocols import Bytes, Floats, Integers, Singles
+from protocols import Floats, Integers, Singles
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,10 +31,10 @@ class _Cells:
     """Row after the near one."""
 
     part_x: Floats
-    """Distance from the near column in px, 0 to 1."""
+    """Distance from the near column in image pixels, 0 to 1."""
 
     part_y: Floats
-    """Distance from the near row in px, 0 to 1."""
+    """Distance from the near row in image pixels, 0 to 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,39 +42,45 @@ class FixedPatterns:
     """Patterns that are the same in every frame, such as the four Fourier patterns.
 
     The value of pattern P on an image O displaced by d is the correlation C(d) = sum O(u) P(u + d), P being 0 outside the field.
-    At whole pixels one Fourier transform gives C for all d. Between them C is linear along each axis, exactly, as pixels are
-    square.
+    At whole image pixels one Fourier transform gives C for all d. Between them C is linear along each axis, exactly, as pixels
+    are square.
     """
 
     patterns: Singles
-    """``(n, size, size)``: transmission of each pixel, 0 to 1; the mean over its dithered samples."""
+    """``(n, pixels, pixels)``: weight of each image pixel, as ``Field.acting`` gives it."""
+
+    field: Field
+    """Field, and the grid of the image."""
 
     region: Region
-    """Pixels where the image may differ from 0."""
+    """Pattern pixels where the image may differ from 0."""
 
     width: int
-    """Width and height of the maps: 2 size where they hold all displacements, less where only some are needed."""
+    """Width and height of the maps: 2 pixels where they hold all displacements, less where only some are needed."""
 
     @classmethod
-    def of(cls, patterns: Bytes, size: int, region: Region, places_px: Floats | None = None) -> Self:
-        """Prepare binary patterns as they were shown, dithering included.
+    def of(cls, patterns: Singles, field: Field, region: Region, places_px: Floats | None = None) -> Self:
+        """Prepare patterns as they act, dithering included.
 
         Args:
-            patterns: ``(n, samples, samples)`` of 0 and 1, samples a multiple of ``size``.
-            size: pixels a side of the field.
-            region: pixels of the image.
+            patterns: ``(n, pixels, pixels)``, such as ``field.acting`` gives.
+            field: field, and the grid of the image.
+            region: pattern pixels of the image.
             places_px: ``(..., 2)`` all displacements (x, y) that will be asked for. Where the region stays inside the field at
                 all of them, the maps are a quarter as large. None allows any displacement.
         """
-        finer = patterns.shape[-1] // size
-        samples = patterns.reshape(-1, size, finer, size, finer)
+        size = field.size
         inside = False
         if places_px is not None:
             every_px = places_px.reshape(-1, 2)
             low, high = every_px.min(axis=0) > np.array([-1 - region.left, -1 - region.top]), every_px.max(axis=0)
             inside = bool(low.all() and (high < np.array(region.room(size)) + 1).all())
-        width = int(fft.next_fast_len(size + 2, real=True)) if inside else 2 * size
-        return cls(samples.mean(axis=(2, 4)).astype(np.float32), region, width)
+        width = int(fft.next_fast_len(field.pixels + 2 * field.grid, real=True)) if inside else 2 * field.pixels
+        return cls(patterns, field, region, width)
+
+    def all_on(self) -> "FixedPatterns":
+        """Give the pattern that lets all light through, in place of these."""
+        return replace(self, patterns=np.full_like(self.patterns[:1], 1 / self.field.grid**2))
 
     @cached_property
     def _spectra(self) -> NDArray[np.complex64]:
@@ -85,7 +92,7 @@ class FixedPatterns:
         """Give C at whole displacements, ``(n, width, width)``, negative displacements counted from the end.
 
         Args:
-            image: ``(height, width)`` pixels of the region.
+            image: ``(height, width)`` image pixels of the region.
         """
         padded = np.zeros(self.patterns.shape[1:], np.float32)
         padded[self._inside] = image
@@ -103,8 +110,9 @@ class FixedPatterns:
     @property
     def _inside(self) -> tuple[slice, slice]:
         """Rows and columns of the region in the field."""
-        area = self.region
-        return slice(area.top, area.top + area.height), slice(area.left, area.left + area.width)
+        area, grid = self.region, self.field.grid
+        rows, columns = (area.top, area.top + area.height), (area.left, area.left + area.width)
+        return slice(rows[0] * grid, rows[1] * grid), slice(columns[0] * grid, columns[1] * grid)
 
     def values(self, maps: Singles, places_px: Floats) -> tuple[Floats, Floats]:
         """Read maps at displacements, by linear interpolation.
@@ -123,7 +131,7 @@ class FixedPatterns:
         slope_x = (1 - cells.part_y) * (right - near) + cells.part_y * (both - down)
         values: Floats = (upper + cells.part_y * (lower - upper)).astype(np.float64)
         slopes: Floats = np.stack([slope_x, lower - upper], axis=-1).astype(np.float64)
-        return values, slopes
+        return values, slopes * self.field.grid
 
     def sampling(self, places_px: Floats) -> csr_array:
         """Give the sparse matrix, ``(rows n, n width width)``, that takes ``maps.ravel()`` to ``values``."""
@@ -138,8 +146,10 @@ class FixedPatterns:
 
     def _cells(self, places_px: Floats) -> _Cells:
         """Find where displacements, ``(..., 2)``, lie in the maps."""
-        size = self.patterns.shape[-1]
-        places = np.clip(places_px, -size, size - 1e-6)  # from there on the object is outside the field
+        pixels = self.field.pixels
+        places = np.clip(
+            places_px * self.field.grid, -pixels, pixels - 1e-6
+        )  # from there on the object is outside the field
         whole = np.floor(places).astype(np.int64)
         part = places - whole
         near, far = whole % self.width, (whole + 1) % self.width

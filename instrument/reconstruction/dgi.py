@@ -22,4 +22,4 @@ def ghost_image(operator: Operator, values: Singles, pattern_sum: Singles) -> Si
     """
     ratio = values.mean() / pattern_sum.mean()
     weight = ((values - ratio * pattern_sum) / np.float32(max(1, len(values)))).astype(np.float32)
-    return operator.rmatvec(weight).reshape(operator.image_shape)
+    return operator.rmatvec(weight).reshape(operator.image_shapes[0])

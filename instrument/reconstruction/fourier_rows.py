@@ -56,9 +56,15 @@ class FourierRows:
         return self.sampling.shape[0], height * width
 
     @property
+    def image_shapes(self) -> tuple[tuple[int, int]]:
+        """Height and width of the one unknown image, in image pixels."""
+        return (self.image_shape,)
+
+    @property
     def image_shape(self) -> tuple[int, int]:
-        """Height and width of the unknown image, in pixels."""
-        return self.fixed.region.shape
+        """Height and width of the unknown image, in image pixels."""
+        height, width = self.fixed.region.shape
+        return height * self.fixed.field.grid, width * self.fixed.field.grid
 
     def matvec(self, image: Singles) -> Singles:
         """Give the values of an image: ``(pixels,)`` to ``(rows,)``."""

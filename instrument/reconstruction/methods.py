@@ -6,7 +6,7 @@ from typing import Final, Protocol
 import numpy as np
 
 from instrument.choices import Method
-from instrument.numerics import total_variation, tv_augmented_lagrangian
+from instrument.numerics import TvState, total_variation, tv_augmented_lagrangian
 from instrument.reconstruction.conventional import inverse_hadamard
 from instrument.reconstruction.dgi import ghost_image
 from instrument.reconstruction.problem import Problem
@@ -31,6 +31,9 @@ class Solution:
     iterations: int = 0
     """Number of iterations of the solver; 0 where it has none."""
 
+    still: Floats | Singles | None = None
+    """``(size, size)``: image of what stands still, in the same units; None where it was not asked for."""
+
 
 class Solver(Protocol):
     """Finds the image of a problem."""
@@ -50,26 +53,32 @@ class ImageMethod:
     solve: Solver
     """Solver that makes the image."""
 
+    finer: bool = False
+    """Whether its image may have smaller pixels than the patterns."""
+
     strength: float | None = None
     """Usual strength of the smoothing in units of the noise; None where the method has none."""
 
 
+def solution_of(problem: Problem, state: TvState) -> Solution:
+    """Give what total variation found as a solution."""
+    still = state.images[1] if problem.still else None
+    return Solution(state.image, problem.region, state.misfit, state.iterations, still)
+
+
 def _tv(problem: Problem, strength: float) -> Solution:
-    rows, values = problem.hadamard()
-    state = total_variation(rows, values, strength=strength)
-    return Solution(state.image, problem.region, state.misfit, state.iterations)
+    return solution_of(problem, total_variation(*problem.hadamard(), strength=strength, finer=problem.finer))
 
 
 def _tv_fourier(problem: Problem, strength: float) -> Solution:
-    rows, values = problem.with_fourier()
-    state = total_variation(rows, values, strength=strength)
-    return Solution(state.image, problem.region, state.misfit, state.iterations)
+    return solution_of(problem, total_variation(*problem.with_fourier(), strength=strength, finer=problem.finer))
 
 
 def _tv_bregman(problem: Problem, strength: float) -> Solution:
-    rows, values = problem.hadamard()
-    state = total_variation(rows, values, strength=strength, reweightings=0, bregman_steps=1)
-    return Solution(state.image, problem.region, state.misfit, state.iterations)
+    state = total_variation(
+        *problem.hadamard(), strength=strength, finer=problem.finer, reweightings=0, bregman_steps=1
+    )
+    return solution_of(problem, state)
 
 
 def _tv_al(problem: Problem, strength: float) -> Solution:
@@ -90,7 +99,7 @@ def _dgi(problem: Problem, strength: float) -> Solution:
         (-1.0, problem.values.negative, problem.places.negative, size**2 - lit),
     ):
         terms = np.stack([np.zeros_like(pairs), pairs])  # (1 + H) / 2, (1 - H) / 2
-        patterns = ShiftedHadamard.of([0.5, 0.5 * sign], terms, np.stack([place_px] * 2), size, area)
+        patterns = ShiftedHadamard.of([0.5, 0.5 * sign], terms, np.stack([place_px] * 2), problem.field, area)
         image += ghost_image(patterns, counted.astype(np.float32), pattern_sum.astype(np.float32))
     rows, values = problem.hadamard()
     explained = rows.matvec(image.astype(np.float32).ravel())
@@ -101,13 +110,16 @@ def _dgi(problem: Problem, strength: float) -> Solution:
 def _conventional(problem: Problem, strength: float) -> Solution:
     del strength
     values = problem.values
-    return Solution(inverse_hadamard(values.difference, values.pairs, values.size), Region.whole(values.size))
+    image = inverse_hadamard(values.difference, values.pairs, values.size)
+    return Solution(image, Region.whole(values.size))
 
 
 METHODS: Final[dict[Method, ImageMethod]] = {
-    "tv": ImageMethod("least total variation, edges found freed", _tv, 3.0),
-    "tv-fourier": ImageMethod("the same, of the Fourier values' dithering too", _tv_fourier, 3.0),
-    "tv-bregman": ImageMethod("least total variation, with a Bregman step instead of edges freed", _tv_bregman, 5.0),
+    "tv": ImageMethod("least total variation, edges found freed", _tv, finer=True, strength=3.0),
+    "tv-fourier": ImageMethod("the same, of the Fourier values' dithering too", _tv_fourier, finer=True, strength=3.0),
+    "tv-bregman": ImageMethod(
+        "least total variation, with a Bregman step instead of edges freed", _tv_bregman, finer=True, strength=5.0
+    ),
     "tv-al": ImageMethod("TVAL3's model with its default weights", _tv_al),
     "dgi": ImageMethod("differential ghost imaging", _dgi),
     "conventional": ImageMethod("the inverse Hadamard transform, which ignores the motion", _conventional),

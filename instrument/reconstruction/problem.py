@@ -1,19 +1,21 @@
 """The problem that a solver is given: values, displacement of the object during each, and unknown pixels."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
 
 from instrument.measurement import ImageValues, Measurement, fixed_columns
-from instrument.numerics import Stacked, Weighted
+from instrument.numerics import Layered, Operator, Stacked, Unseen, Weighted
 from instrument.reconstruction.correlation import FixedPatterns
+from instrument.reconstruction.field import Field
 from instrument.reconstruction.fourier_rows import FourierRows
 from instrument.reconstruction.region import Region
 from instrument.reconstruction.shifted_hadamard import ShiftedHadamard
+from instrument.reconstruction.still_hadamard import StillHadamard
 from instrument.schemes import Scheme, image_rows_of, position_of
 from instrument.tracking import Trajectory
-from protocols import Floats, InputError, Singles
+from protocols import Bytes, Floats, InputError, Singles
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +45,7 @@ class Places:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """The problem of finding one image."""
+    """The problem of finding the image of the object, and that of what stands still behind it."""
 
     scheme: Scheme
     """Scheme of the patterns shown."""
@@ -55,10 +57,28 @@ class Problem:
     """Displacement of the object."""
 
     region: Region
-    """Unknown pixels; the image is 0 elsewhere."""
+    """Unknown pixels of the object; the image is 0 elsewhere."""
+
+    field: Field
+    """Field of the patterns, and the grid of the object's image."""
+
+    steady: bool
+    """Whether changes of the total light stem from the lamp: the object stays inside the field."""
+
+    still: bool = False
+    """Whether light of something that stands still is unknown too: a second image, of the whole field, on the patterns' grid."""
 
     @classmethod
-    def of(cls, measurement: Measurement, values: ImageValues, trajectory: Trajectory, *, inside: bool) -> Self:
+    def of(
+        cls,
+        measurement: Measurement,
+        values: ImageValues,
+        trajectory: Trajectory,
+        *,
+        inside: bool,
+        grid: int = 1,
+        still: bool = False,
+    ) -> Self:
         """State the problem of a run.
 
         Args:
@@ -67,26 +87,49 @@ class Problem:
             trajectory: displacement of the object.
             inside: whether the object stays inside the field in every frame, so that only pixels which it can occupy are
                 unknown.
+            grid: image pixels that a pattern pixel has along each axis.
+            still: whether there is a still background that nobody measured.
 
         Raises:
             InputError: the displacements leave no room for an object in the field.
         """
         places = Places.along(trajectory, values)
         region = Region.inside(places.every_px, values.size) if inside else Region.whole(values.size)
-        return cls(measurement.scheme, values, places, region)
+        field = Field(values.size, grid, measurement.edge_loss_a_side)
+        return cls(measurement.scheme, values, places, region, field, inside, still)
 
     def moved(self, trajectory: Trajectory) -> "Problem":
         """State the same problem for another trajectory."""
-        return Problem(self.scheme, self.values, Places.along(trajectory, self.values), self.region)
+        return replace(self, places=Places.along(trajectory, self.values))
+
+    def remeasured(self, measurement: Measurement) -> "Problem":
+        """State the same problem for the same run, corrected by another light model."""
+        values = measurement.image_values(steady_object=self.steady)
+        return replace(self, values=values, field=replace(self.field, edge_loss=measurement.edge_loss_a_side))
+
+    def with_still(self) -> "Problem":
+        """State the problem with an image of what stands still too."""
+        return replace(self, still=True)
+
+    def on_grid(self, grid: int) -> "Problem":
+        """State the same problem with another number of image pixels a pattern pixel."""
+        return replace(self, field=replace(self.field, grid=grid))
 
     def hadamard(self) -> tuple[Weighted, Singles]:
         """Give whitened rows of the differences I_H+ - I_H-, and the whitened differences, ``(rows,)``."""
         values, places = self.values, self.places
-        operator = ShiftedHadamard.differential(
-            values.pairs, places.positive, places.negative, values.size, self.region
+        operator: Operator = ShiftedHadamard.differential(
+            values.pairs, places.positive, places.negative, self.field, self.region
         )
+        if self.still:
+            operator = Layered((operator, StillHadamard.of(values.pairs, self.field)))
         sigma = values.difference_sigma
         return Weighted(operator, (1 / sigma).astype(np.float32)), (values.difference / sigma).astype(np.float32)
+
+    @property
+    def finer(self) -> tuple[int, ...]:
+        """For each unknown image, how many times smaller than the patterns' its pixels are."""
+        return (self.field.grid, 1) if self.still else (self.field.grid,)
 
     def with_fourier(self) -> tuple[Stacked, Singles]:
         """Give whitened rows of the differences and of the Fourier values' dithering, and their whitened values.
@@ -108,14 +151,30 @@ class Problem:
         period_px = position_of(self.scheme).period_px or np.inf
         fourier = FourierRows.of(fixed, places_px, sigma, 1 / period_px, along)
         whitened = (values.fixed / sigma).astype(np.float32).ravel()
-        return Stacked(rows, fourier), np.concatenate([differences, fourier.dithering(whitened)])
+        seen: Operator = fourier
+        if self.still:  # light that stands still adds a constant, which is projected off
+            seen = Layered((fourier, Unseen(fourier.shape[0], rows.image_shapes[1:])))
+        return Stacked(rows, seen), np.concatenate([differences, fourier.dithering(whitened)])
 
     def fixed_patterns(self, places_px: Floats | None = None) -> FixedPatterns:
-        """Give the patterns that measure position, as ``FixedPatterns.of`` prepares them.
+        """Give the patterns that measure position as they act, as ``FixedPatterns.of`` prepares them."""
+        return FixedPatterns.of(self.field.acting(self._shown), self.field, self.region, places_px)
+
+    def fixed_borders(self) -> FixedPatterns:
+        """Give what these patterns lose of each pixel's light for an edge loss of 1, prepared likewise."""
+        return FixedPatterns.of(self.field.bordering(self._shown), self.field, self.region)
+
+    def of_still(self, still: Floats | Singles) -> Floats:
+        """``(k,)``: values that these patterns give of an image at rest, ``(size, size)`` on the patterns' grid."""
+        acting = replace(self.field, grid=1).acting(self._shown)
+        return np.asarray(np.einsum("kyx,yx->k", acting, still, dtype=np.float64), np.float64)
+
+    @property
+    def _shown(self) -> Bytes:
+        """``(k, samples, samples)``: the patterns that measure position, as they are shown.
 
         A scheme may show others in every frame too, such as an all-on pattern for the total light: they are left out.
         """
         rows = image_rows_of(self.scheme)
         in_every_frame = [k for k in range(len(self.scheme.columns)) if k not in {rows.positive, rows.negative}]
-        own = np.searchsorted(in_every_frame, fixed_columns(self.scheme))
-        return FixedPatterns.of(self.scheme.fixed_patterns[own], self.values.size, self.region, places_px)
+        return self.scheme.fixed_patterns[np.searchsorted(in_every_frame, fixed_columns(self.scheme))]

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from instrument.choices import Method
-from instrument.measurement import Measurement
+from instrument.measurement import Measurement, first_light
 from instrument.numerics import one_blas_thread
 from instrument.reconstruction.methods import Solution, method_of
 from instrument.reconstruction.problem import Problem
@@ -22,8 +22,8 @@ class Reconstruction:
     """The image of the object at its position in frame 0. ``numpy.asarray`` gives ``image``."""
 
     image: Floats
-    """``(image_size, image_size)``, row = y (down), column = x. Transmission 0 to 1 where values count lit pixels. Photon
-    counts have no absolute scale: there the brightest pixel is 1."""
+    """``(grid image_size, grid image_size)``, row = y (down), column = x. Transmission 0 to 1 where values count lit pixels.
+    Photon counts have no absolute scale: there the brightest pixel is 1."""
 
     method: str
     """Name of the method that made it."""
@@ -43,6 +43,17 @@ class Reconstruction:
     region: Region
     """Pixels where the image may differ from 0."""
 
+    still: Floats | None = None
+    """``(size, size)``: image of what stands still, on the patterns' grid and the same scale; None where it was not asked for."""
+
+    grid: int = 1
+    """Pixels of ``image`` that a pattern pixel has along each axis."""
+
+    @property
+    def at_patterns(self) -> Floats:
+        """``(image_size, image_size)``: the image at the patterns' resolution."""
+        return binned(self.image, self.grid)
+
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:  # noqa: FBT001  (numpy's own signature)
         """Give ``image`` to numpy."""
         return np.array(self.image, dtype=dtype, copy=copy)
@@ -53,7 +64,24 @@ class Reconstruction:
         values = problem.values
         image = solution.region.paste(solution.image.astype(np.float64), values.size)
         gain = float(image.max()) if values.photon_counts and image.max() > 0 else 1.0
-        return cls(image / gain, method, gain, values.noise, solution.misfit, solution.iterations, solution.region)
+        still = None if solution.still is None else solution.still.astype(np.float64) / gain
+        return cls(
+            image / gain,
+            method,
+            gain,
+            values.noise,
+            solution.misfit,
+            solution.iterations,
+            solution.region,
+            still,
+            problem.field.grid,
+        )
+
+
+def binned(image: Floats, grid: int) -> Floats:
+    """Give the means over squares of ``grid`` x ``grid`` pixels."""
+    height, width = image.shape[0] // grid, image.shape[1] // grid
+    return np.asarray(image.reshape(height, grid, width, grid).mean(axis=(1, 3)), np.float64)
 
 
 @one_blas_thread()
@@ -63,6 +91,8 @@ def reconstruct(
     method: Method = "tv",
     *,
     region: bool = True,
+    grid: int = 1,
+    still: bool = False,
     strength: float | None = None,
 ) -> Reconstruction:
     """Reconstruct the image at frame 0.
@@ -78,11 +108,14 @@ def reconstruct(
             the motion. ``docs/decisions/0008-edge-reweighted-tv.md`` compares them.
         region: whether the object stays inside the field in every frame. If so, only pixels that it can occupy are solved for,
             and values are divided by the smoothed total light. If not, all pixels are, and the light is taken as steady.
+        grid: image pixels that a pattern pixel has along each axis. More than 1 shows what the object's motion by fractions of a
+            pixel shows, and takes the longer.
+        still: whether an image of what stands still is found beside that of the object, for a background that nobody measured.
         strength: strength of the smoothing in units of the noise; None takes the method's usual one.
 
     Raises:
         InputError: there is no valid frame, the displacements have another shape or leave no room for an object in the field,
-            the method is unknown, or a strength is given for a method that has none.
+            the method is unknown, or it has no strength or no finer grid and one is given.
     """
     chosen = method_of(method)
     if strength is not None and chosen.strength is None:
@@ -91,9 +124,15 @@ def reconstruct(
             expected="no strength: this method has none",
             remedy="leave it out, or take another method",
         )
-    measurement = Measurement.of(recording)
+    if grid > 1 and not chosen.finer:
+        raise InputError(
+            saw=f"grid = {grid} for the method {method}",
+            expected="a method that finds an image between the pixels of the patterns",
+            remedy='leave grid out, or take the method "tv"',
+        )
+    measurement = first_light(recording)
     values = measurement.image_values(steady_object=region)
     trajectory = as_trajectory(motion, len(measurement), measurement.frame_time_s)
-    problem = Problem.of(measurement, values, trajectory, inside=region)
+    problem = Problem.of(measurement, values, trajectory, inside=region, grid=grid, still=still)
     wanted = strength if strength is not None else chosen.strength or 0.0
     return Reconstruction.of(problem, chosen.solve(problem, wanted), method)

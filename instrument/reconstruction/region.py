@@ -66,7 +66,17 @@ class Region:
         return size - self.left - self.width, size - self.top - self.height
 
     def paste(self, part: Floats, size: int) -> Floats:
-        """Give an image ``(size, size)`` of zeros with ``part``, ``(height, width)``, at this region."""
-        image = np.zeros((size, size))
-        image[self.top : self.top + self.height, self.left : self.left + self.width] = part
+        """Give an image of the whole field, zeros with ``part`` at this region.
+
+        Args:
+            part: ``(grid height, grid width)``, any whole number of image pixels a pixel side.
+            size: pixels a side of the field.
+
+        Returns:
+            ``(grid size, grid size)``.
+        """
+        grid = part.shape[0] // self.height
+        image = np.zeros((grid * size, grid * size))
+        top, left = grid * self.top, grid * self.left
+        image[top : top + part.shape[0], left : left + part.shape[1]] = part
         return image

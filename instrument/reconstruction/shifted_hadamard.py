@@ -20,6 +20,7 @@ from typing import Self
 import numpy as np
 
 from instrument.numerics import RowProducts
+from instrument.reconstruction.field import Field
 from instrument.reconstruction.region import Region
 from instrument.reconstruction.walsh_rows import walsh_changes, walsh_rows
 from protocols import Floats, Integers, Mask, Singles
@@ -31,8 +32,8 @@ _SAME_PLACE_PX = 0.05
 class _Factor:
     """Shifted Walsh rows along one axis of the image, one for each pattern."""
 
-    size: int
-    """Pixels a side of the field."""
+    field: Field
+    """Field and grid."""
 
     walsh: Integers
     """``(patterns,)``: index of the Walsh row, which is its number of sign changes."""
@@ -41,19 +42,19 @@ class _Factor:
     """``(patterns,)``: displacement along the axis."""
 
     first_px: int
-    """First pixel of the region along the axis."""
+    """First pattern pixel of the region along the axis."""
 
-    count: int
-    """Number of pixels of the region along the axis."""
+    count_px: int
+    """Number of pattern pixels of the region along the axis."""
 
     def only(self, chosen: Mask) -> "_Factor":
         """Give the rows of the chosen patterns."""
-        return _Factor(self.size, self.walsh[chosen], self.place_px[chosen], self.first_px, self.count)
+        return _Factor(self.field, self.walsh[chosen], self.place_px[chosen], self.first_px, self.count_px)
 
     def times(self, many: "_Factor") -> RowProducts:
         """Prepare the products of patterns whose other factor, ``many``, has at least as many sign changes."""
-        few = walsh_changes(self.size, self.walsh, self.place_px, self.first_px, self.count)
-        return RowProducts.of(few, walsh_rows(many.size, many.walsh, many.place_px, many.first_px, many.count))
+        few = walsh_changes(self.field, self.walsh, self.place_px, self.first_px, self.count_px)
+        return RowProducts.of(few, walsh_rows(many.field, many.walsh, many.place_px, many.first_px, many.count_px))
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +70,8 @@ class ShiftedHadamard:
     rows: int
     """Number of rows of the matrix."""
 
-    region: Region
-    """Pixels of the image."""
+    image_shape: tuple[int, int]
+    """Height and width of the unknown image, in image pixels."""
 
     _few_down: RowProducts
     """Patterns with at most as many sign changes down as across."""
@@ -83,7 +84,12 @@ class ShiftedHadamard:
 
     @classmethod
     def of(
-        cls, coefficients: Sequence[float], pairs: Integers, places_px: Floats, size: int, region: Region | None = None
+        cls,
+        coefficients: Sequence[float],
+        pairs: Integers,
+        places_px: Floats,
+        field: Field,
+        region: Region | None = None,
     ) -> Self:
         """Prepare rows that are the sum over terms of coefficient times H(u + d); H is 0 outside the field.
 
@@ -91,31 +97,31 @@ class ShiftedHadamard:
             coefficients: ``(terms,)``.
             pairs: ``(terms, rows, 2)`` Walsh rows (c_i down, c_j across) of each H, as from ``hadamard_order``.
             places_px: ``(terms, rows, 2)`` displacement d of the object, x and y.
-            size: pixels a side of the field.
-            region: pixels of the image at rest that are unknown; None for the whole field.
+            field: field, and the grid of the image.
+            region: pattern pixels of the image at rest that are unknown; None for the whole field.
         """
-        region = region or Region.whole(size)
+        region = region or Region.whole(field.size)
         pairs, places_px = pairs.reshape(-1, 2), places_px.reshape(-1, 2)
-        down = _Factor(size, pairs[:, 0], places_px[:, 1], region.top, region.height)
-        across = _Factor(size, pairs[:, 1], places_px[:, 0], region.left, region.width)
+        down = _Factor(field, pairs[:, 0], places_px[:, 1], region.top, region.height)
+        across = _Factor(field, pairs[:, 1], places_px[:, 0], region.left, region.width)
         few_down = down.walsh <= across.walsh
         return cls(
             coefficients=np.array(coefficients, np.float32),
             rows=len(pairs) // len(coefficients),
-            region=region,
+            image_shape=(region.height * field.grid, region.width * field.grid),
             _few_down=down.only(few_down).times(across.only(few_down)),
             _few_across=across.only(~few_down).times(down.only(~few_down)),
             _is_few_down=few_down,
         )
 
     @classmethod
-    def single(cls, pairs: Integers, displacement_px: Floats, size: int, region: Region | None = None) -> Self:
+    def single(cls, pairs: Integers, displacement_px: Floats, field: Field, region: Region | None = None) -> Self:
         """Prepare rows H_k(u + d_k): ``of`` with one term, and ``(rows, 2)`` pairs and displacements."""
-        return cls.of([1.0], pairs, displacement_px, size, region)
+        return cls.of([1.0], pairs, displacement_px, field, region)
 
     @classmethod
     def differential(
-        cls, pairs: Integers, positive_px: Floats, negative_px: Floats, size: int, region: Region | None = None
+        cls, pairs: Integers, positive_px: Floats, negative_px: Floats, field: Field, region: Region | None = None
     ) -> Self:
         """Prepare rows of the value I_H+ - I_H-, each pattern at its own displacement of the object.
 
@@ -127,27 +133,28 @@ class ShiftedHadamard:
             pairs: ``(rows, 2)`` Walsh rows.
             positive_px: ``(rows, 2)`` displacement while H+ is shown, x and y.
             negative_px: ``(rows, 2)`` displacement while H- is shown, x and y.
-            size: pixels a side of the field.
+            field: field, and the grid of the image.
             region: as in ``of``.
         """
         if len(pairs) == 0 or np.abs(positive_px - negative_px).max() <= _SAME_PLACE_PX:
-            return cls.single(pairs, (positive_px + negative_px) / 2, size, region)
+            return cls.single(pairs, (positive_px + negative_px) / 2, field, region)
         both_px = np.stack([positive_px, negative_px])
-        if region is not None and region != Region.whole(size):
-            return cls.of([0.5, 0.5], np.stack([pairs, pairs]), both_px, size, region)
-        field = np.zeros_like(pairs)
+        if region is not None and region != Region.whole(field.size):
+            return cls.of([0.5, 0.5], np.stack([pairs, pairs]), both_px, field, region)
+        all_on = np.zeros_like(pairs)
         places_px = np.concatenate([both_px, both_px])
-        return cls.of([0.5, 0.5, 0.5, -0.5], np.stack([pairs, pairs, field, field]), places_px, size, region)
+        return cls.of([0.5, 0.5, 0.5, -0.5], np.stack([pairs, pairs, all_on, all_on]), places_px, field, region)
 
     @property
     def shape(self) -> tuple[int, int]:
         """Number of rows and of pixels."""
-        return self.rows, self.region.height * self.region.width
+        height, width = self.image_shape
+        return self.rows, height * width
 
     @property
-    def image_shape(self) -> tuple[int, int]:
-        """Height and width of the unknown image, in pixels."""
-        return self.region.shape
+    def image_shapes(self) -> tuple[tuple[int, int]]:
+        """Height and width of the one unknown image, in image pixels."""
+        return (self.image_shape,)
 
     @property
     def nbytes(self) -> int:

@@ -6,6 +6,7 @@ from typing import Self
 
 import numpy as np
 
+from instrument.config import NOTHING_KNOWN, LightTable
 from instrument.plan import Plan
 from instrument.recording.timing import TimingReport
 from protocols import Floats, InputError, Mask, Truth
@@ -34,10 +35,13 @@ class Recording:
     """Whether values are photon counts (Poisson) or of a detector that does not count."""
 
     dead_time_s: float = 0.0
-    """Non-paralyzable dead time of detector and counter."""
+    """Dead time of detector and counter; ``light`` says of which kind."""
 
     dark_rate_hz: float = 0.0
     """Dark counts a second."""
+
+    light: LightTable = NOTHING_KNOWN
+    """What bench.toml says of how the bench differs from an ideal one."""
 
     background: Floats | None = None
     """As ``values``: what stands still beside the object, measured without it by the same patterns; still in ``values``."""

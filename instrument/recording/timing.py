@@ -57,6 +57,10 @@ class TimingReport(Frozen):
     irregular: tuple[int, ...] = ()
     """Patterns of a wrong length without a missing edge."""
 
+    slipped: tuple[tuple[int, int, int], ...] = ()
+    """Frames whose values belong to other patterns, as the values themselves show: first frame, frame after the last one, and
+    by how many patterns the values come late (negative: early)."""
+
     frames: NonNegativeInt = 0
     """Frames in the recording, whole ones."""
 

@@ -48,11 +48,19 @@ class Observation:
     """``(frames, 2)``: along x and y; 0 where a frame is not valid."""
 
     @classmethod
-    def of(cls, reading: PositionReading, light: Light) -> "Observation":
-        """Read the position out of the light of each frame."""
+    def of(cls, reading: PositionReading, light: Light, centre: Signals | None = None) -> "Observation":
+        """Read the position out of the light of each frame.
+
+        Args:
+            reading: how values become positions.
+            light: light of every pattern.
+            centre: ``(2,)`` part of the signals along x and y that does not stem from the object; None for 0.
+        """
         valid = light.valid
         total = np.where(valid, light.total, 1.0)
         signal = reading.signal(np.where(valid[:, None], light.values, 0.0), total)
+        if centre is not None:
+            signal = signal - centre
         return cls(reading, light, np.where(valid[:, None], signal, 0.0))
 
     @property

@@ -12,6 +12,7 @@ from instrument.config import OnAbort
 from instrument.frame_times import frame_middle_s
 from instrument.plan import Plan
 from instrument.recording import TimingReport
+from instrument.schemes import scheme_of
 from instrument.session.aborting import AbortRequest
 from instrument.session.errors import RunAborted
 from instrument.session.events import BlockEvent, Event, FindingEvent, PhaseEvent, UploadEvent
@@ -142,6 +143,7 @@ def carry_out(job: Job, publish: Callable[[Event], None], abort: AbortRequest) -
         host,
         patterns=job.sequence.n_patterns,
         patterns_per_frame=job.plan.patterns_per_frame,
+        scheme=scheme_of(job.plan),
     )
     abort.close()
     error = outcome.error

@@ -1,13 +1,16 @@
 """A recording read back: whole, partial, or left behind by a program that was killed."""
 
+import json
 from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from pydantic import ValidationError
 
+from instrument.config import NOTHING_KNOWN, LightTable
 from instrument.plan import Plan
 from instrument.recording import Recording, TimingReport
 from instrument.storage import layout
@@ -122,10 +125,20 @@ def _recording(path: Path, entry: Group) -> Recording:
         photon_counts=bool(_at_least(path, entry, layout.PHOTON_COUNTS, "0 or 1")),
         dead_time_s=_at_least(path, entry, layout.DEAD_TIME_S, "0 s or more"),
         dark_rate_hz=_at_least(path, entry, layout.DARK_RATE_HZ, "0 Hz or more"),
+        light=_light(entry),
         truth=_truth(path, entry, plan, len(values)),
         timing=timing_of(entry),
         path=path,
     )
+
+
+def _light(entry: Group) -> LightTable:
+    """What the bench said of its light; nothing where an older program wrote the recording, or the text is of no use."""
+    try:
+        bench: dict[str, Any] = json.loads(entry.text(layout.BENCH)) if layout.BENCH in entry else {}
+        return LightTable.model_validate(bench.get("light") or {})
+    except (ValueError, AttributeError):
+        return NOTHING_KNOWN
 
 
 def _refuse_cut_off(path: Path, entry: Group) -> None:

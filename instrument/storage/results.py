@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from instrument.storage.edit import refuse_unchangeable, rewritten
+from instrument.storage.hdf5 import Group
 from instrument.storage.json_text import json_text
 from instrument.storage.provenance import PROGRAM, now, program_version
 from instrument.storage.reader import open_recording
@@ -19,6 +20,7 @@ def write_analysis(
     displacement_px: Floats | None,
     image: Floats | None,
     sigma_px: Floats | None = None,
+    still: Floats | None = None,
     table: Mapping[str, Any] | None = None,
     settings: Mapping[str, Any] | None = None,
     into: str | Path | None = None,
@@ -33,8 +35,9 @@ def write_analysis(
         path: the recording.
         displacement_px: ``(frames, 2)`` x, y relative to frame 0; NaN where not tracked; None where the scheme sees no position.
         image: ``(rows, columns)`` the reconstructed image at frame 0, row = y (down), column = x; None where the scheme only
-            tracks.
+            tracks. It covers the whole field, whatever the number of its pixels.
         sigma_px: ``(frames, 2)`` standard uncertainty of ``displacement_px``.
+        still: ``(rows, columns)`` image of what stands still, likewise; None where none was found.
         table: figures to print, by name; stored as JSON.
         settings: how the analysis was done; stored as JSON.
         into: a new file, to leave the recording as it is: a copy with the analysis goes there. None writes into the recording.
@@ -45,7 +48,8 @@ def write_analysis(
     """
     path, copy = Path(path), None if into is None else Path(into)
     refuse_unchangeable(path, copy)
-    frames = len(open_recording(path))
+    recording = open_recording(path)
+    frames, size = len(recording), recording.plan.image_size
     for name, rows in (("displacement_px", displacement_px), ("sigma_px", sigma_px)):
         if rows is not None and rows.shape != (frames, 2):
             raise ValueError(f"{name} of shape {rows.shape} for {frames} frames")
@@ -70,6 +74,17 @@ def write_analysis(
         if image is not None:
             picture = analysis.group("image", "NXdata", signal="image", axes=["y_px", "x_px"])
             picture.add("image", image, long_name="image at frame 0")
-            picture.add("y_px", np.arange(image.shape[0], dtype=np.float64), units="px")
-            picture.add("x_px", np.arange(image.shape[1], dtype=np.float64), units="px")
+            _add_axes(picture, image, size)
+        if still is not None:
+            picture = analysis.group("background", "NXdata", signal="background", axes=["y_px", "x_px"])
+            picture.add("background", still, long_name="image of what stands still")
+            _add_axes(picture, still, size)
         entry.set_attributes(default="analysis")
+
+
+def _add_axes(picture: Group, image: Floats, size: int) -> None:
+    """Give the middles of the image's rows and columns, in px of the patterns: row 0 of the patterns has its middle at 0."""
+    pixel_px = size / len(image)
+    for name, count in zip(("y_px", "x_px"), image.shape, strict=True):
+        picture.add(name, np.asarray((np.arange(count) + 0.5) * pixel_px - 0.5, np.float64), units="px")
+    picture.add("pixel_px", pixel_px, units="px")

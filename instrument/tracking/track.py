@@ -3,7 +3,7 @@
 from typing import get_args
 
 from instrument.choices import TrackingMethod
-from instrument.measurement import Measurement
+from instrument.measurement import Measurement, first_light
 from instrument.recording import Recording
 from instrument.tracking.per_frame import track_per_frame
 from instrument.tracking.trajectory import Trajectory
@@ -20,7 +20,10 @@ def track(
 ) -> Trajectory:
     """Find the object's displacement in every frame.
 
-    A stationary background is subtracted beforehand: ``track(recording.minus(background))``.
+    The light of a background that stands still is taken off as the centre of the coefficients' circle, where the object moves
+    far enough for that, and so is the light of the picture before that mirrors in transition let through
+    (``measurement.first_light``). A background that was recorded is subtracted beforehand:
+    ``track(recording.minus(background))``.
 
     Args:
         recording: recording of a scheme that tracks.
@@ -34,7 +37,7 @@ def track(
     given = {"reference_frames": reference_frames, "mean_filter": mean_filter}
     settings = {name: value for name, value in given.items() if value is not None}
     if method == "per-frame":
-        return track_per_frame(Measurement.of(recording), **settings)
+        return track_per_frame(first_light(recording), **settings)
     if method != "smooth":
         raise InputError(
             saw=f"the tracking method {method!r}",
@@ -47,4 +50,4 @@ def track(
             expected="settings of the method",
             remedy='leave it out, or ask for method="per-frame"',
         )
-    return track_smooth(Measurement.of(recording))
+    return track_smooth(first_light(recording))

@@ -44,6 +44,8 @@ def write_pictures(analysis: Analysis, folder: Path, stem: str = "") -> list[Pat
     figures = {"summary": summary_figure(analysis)}
     if image is not None:
         figures["image"] = image_figure(image, truth_image)
+    if analysis.reconstruction is not None and analysis.reconstruction.still is not None:
+        figures["background"] = image_figure(analysis.reconstruction.still, None, "what stands still")
     if path is not None:
         figures["trajectory"] = trajectory_figure(path.time_s, path.displacement_px, truth_px)
         if truth_px is not None:

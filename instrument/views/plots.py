@@ -58,17 +58,18 @@ def draw_trajectory(axes: Axes, time_s: Floats, displacement_px: Floats, truth_p
     axes.legend(loc="best", frameon=False)
 
 
-def image_figure(image: Floats, truth: Floats | None) -> Figure:
-    """Show the reconstructed image, beside the truth where it is known.
+def image_figure(image: Floats, truth: Floats | None, title: str = "reconstructed, at frame 0") -> Figure:
+    """Show a reconstructed image, beside the truth where it is known.
 
     Args:
         image: ``(m, m)``, row = y down.
         truth: ``(m, m)`` true image; None where it is unknown.
+        title: what the image is.
     """
     panels = 1 if truth is None else 2
     figure = new_figure(4.2 * panels, 4.4)
     axes = figure.subplots(1, panels, squeeze=False)[0]
-    draw_image(axes[0], image, "reconstructed, at frame 0")
+    draw_image(axes[0], image, title)
     if truth is not None:
         draw_image(axes[1], truth, "truth")
     return figure

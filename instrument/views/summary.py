@@ -23,6 +23,8 @@ def summary_figure(analysis: Analysis) -> Figure:
             images = [(analysis.ignored, "inverse transform"), (analysis.image, "reconstructed")]
         if truth is not None:
             images.append((truth.image, "the object, at frame 0"))
+        if analysis.reconstruction is not None and analysis.reconstruction.still is not None:
+            images.append((analysis.reconstruction.still, "what stands still"))
     rows = int(bool(images)) + int(path is not None)
     figure = new_figure(3.9 * max(2, len(images)), 3.7 * rows)
     grid = figure.add_gridspec(rows, max(1, len(images)))

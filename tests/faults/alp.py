@@ -183,8 +183,9 @@ def _rows() -> Iterator[Row]:
         fault="one sync pulse more before the first picture",
         modulator="alp",
         emulator='first_synch = "extra"',
-        says=("1 sync edges after the run",),
-        counts="wrong",
+        verdict="flagged",
+        masked="all",
+        says=("by the counts themselves, values come",),
     )
     yield Row(
         fault='trigger = "slave", in which a board without edges would wait for ever',

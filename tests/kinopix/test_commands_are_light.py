@@ -39,12 +39,10 @@ def test_a_help_text_loads_no_arrays(arguments: tuple[str, ...]) -> None:
     assert loaded.isdisjoint({"numpy", "h5py", *HEAVY})
 
 
-@pytest.mark.parametrize("command", ["check", "run", "info"])
+@pytest.mark.parametrize("command", ["check", "info"])
 def test_a_command_that_analyses_nothing_loads_no_solver_and_no_plots(command: str, tmp_path: Path) -> None:
     bench, plan = bench_toml(tmp_path), plan_toml(tmp_path)
     arguments: list[str | Path] = ["--bench", bench, "--plan", plan]
-    if command == "run":
-        arguments += ["--out", tmp_path / "run.h5"]
     if command == "info":
         with Instrument.from_toml(bench) as instrument:
             instrument.run(SMALL, tmp_path / "run.h5")

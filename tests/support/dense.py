@@ -20,6 +20,11 @@ class Dense:
     """Height and width."""
 
     @property
+    def image_shapes(self) -> tuple[tuple[int, int]]:
+        """Height and width of the one image."""
+        return (self.image_shape,)
+
+    @property
     def shape(self) -> tuple[int, int]:
         """Rows and pixels."""
         return self.matrix.shape[0], self.matrix.shape[1]
@@ -42,6 +47,11 @@ class DenseSingles:
 
     image_shape: tuple[int, int]
     """Height and width."""
+
+    @property
+    def image_shapes(self) -> tuple[tuple[int, int]]:
+        """Height and width of the one image."""
+        return (self.image_shape,)
 
     @property
     def shape(self) -> tuple[int, int]:

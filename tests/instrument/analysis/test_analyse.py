@@ -133,6 +133,7 @@ def test_the_file_gets_path_image_figures_and_how_they_were_made(moved: Recordin
         "method": "dgi",
         "frames": 90,
         "refinements": 0,
+        "grid": 1,
     }
 
 

@@ -44,7 +44,7 @@ def test_a_read_only_recording_is_refused_before_the_work_and_analysed_into_anot
     results = tmp_path / "results.h5"
     assert status(["analyse", str(run), "--results", str(results)]) == 0
     assert run.read_bytes() == before
-    assert array(results, "entry/analysis/image/image").shape == (32, 32)
+    assert array(results, "entry/analysis/image/image").shape == (64, 64)
     assert results.stat().st_mode & 0o777 == 0o444
     assert (tmp_path / "results-summary.png").exists()
     assert list(run.parent.iterdir()) == [run]

@@ -172,7 +172,9 @@ def test_a_bench_needs_its_three_devices(path: Path) -> None:
     assert [problem.split(": ", 1)[1] for problem in found] == [
         "modulator: saw nothing; expected a value for modulator (is modulatr meant to be modulator?)",
         "stage: saw nothing; expected a value for stage",
-        ("modulatr: saw an unknown key; expected one of modulator, counter, stage, scene (did you mean modulator?)"),
+        (
+            "modulatr: saw an unknown key; expected one of modulator, counter, stage, scene, light (did you mean modulator?)"
+        ),
         "counter.driver: saw nothing; expected a value for driver (is drivr meant to be driver?)",
     ]
 

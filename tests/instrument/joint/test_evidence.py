@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from instrument.joint.evidence import AxisView, Evidence, View, evidence_of
+from instrument.joint.prediction import Predictor
 from instrument.joint.refine import _gauss_newton_step
 from instrument.measurement import Measurement
 from instrument.plan import Plan
@@ -45,9 +46,9 @@ def _seen(problem: Problem, move_px: tuple[float, float] = (0.0, 0.0), brightnes
         fixed=_path(time_s[:, 2:].ravel()).reshape(FRAMES, -1, 2) - start + move_px,
     )
     image = blobs(SIZE, 3)
-    total = problem.values.positive + problem.values.negative
     moved = replace(problem, places=places)
-    return evidence_of(moved, problem.fixed_patterns(), total, (brightness * image).astype(np.float32))
+    prediction = Predictor.of(moved).predict(moved, (brightness * image).astype(np.float32), None)
+    return evidence_of(moved, prediction, np.zeros(4))
 
 
 @pytest.mark.parametrize("axis", [0, 1])

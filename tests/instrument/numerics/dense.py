@@ -15,6 +15,11 @@ class Dense:
     image_shape: tuple[int, int]
 
     @property
+    def image_shapes(self) -> tuple[tuple[int, int]]:
+        """Height and width of the one image."""
+        return (self.image_shape,)
+
+    @property
     def shape(self) -> tuple[int, int]:
         rows, columns = self.matrix.shape
         return rows, columns

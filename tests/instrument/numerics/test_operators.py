@@ -26,7 +26,7 @@ def test_stacked_and_weighted_rows_are_those_of_the_matrix_and_its_transpose(see
     values = rng.integers(-9, 10, above + below).astype(np.float32)
 
     assert rows.shape == matrix.shape
-    assert rows.image_shape == rows.above.image_shape == (2, 3)
+    assert rows.image_shapes == rows.above.image_shapes == ((2, 3),)
     np.testing.assert_array_equal(rows.matvec(image), matrix @ image)
     np.testing.assert_array_equal(rows.rmatvec(values), matrix.T @ values)
 

@@ -6,7 +6,7 @@ import pytest
 from instrument.numerics import Weighted, total_variation
 from instrument.numerics.tv import relaxation_of
 from instrument.patterns import hadamard_order
-from instrument.reconstruction import Region, ShiftedHadamard
+from instrument.reconstruction import Field, Region, ShiftedHadamard
 from protocols import Singles
 
 SIZE = 32
@@ -21,7 +21,7 @@ def _square() -> Singles:
 def _rows(count: int, sigma: float) -> tuple[Weighted, Singles]:
     """Whitened rows of an object that drifts, and noisy whitened values of the square."""
     drift = np.linspace(0, 8, count)[:, None] * [1.0, 0.5]
-    rows = ShiftedHadamard.single(hadamard_order(SIZE, "tv", count), drift, SIZE)
+    rows = ShiftedHadamard.single(hadamard_order(SIZE, "tv", count), drift, Field(SIZE))
     noise = np.random.default_rng(1).standard_normal(count).astype(np.float32)
     weight = np.full(count, 1 / sigma, np.float32)
     return Weighted(rows, weight), weight * rows.matvec(_square().ravel()) + noise
@@ -98,7 +98,7 @@ def test_the_solution_is_where_the_optimality_condition_says() -> None:
 
 
 def test_dark_values_give_a_dark_image() -> None:
-    rows = ShiftedHadamard.single(hadamard_order(SIZE, "tv", 50), np.zeros((50, 2)), SIZE, Region(0, 0, 9, 11))
+    rows = ShiftedHadamard.single(hadamard_order(SIZE, "tv", 50), np.zeros((50, 2)), Field(SIZE), Region(0, 0, 9, 11))
     state = total_variation(rows, np.zeros(50, np.float32))
     assert state.image.shape == (9, 11)
     assert not state.image.any()
@@ -107,7 +107,7 @@ def test_dark_values_give_a_dark_image() -> None:
 def test_the_iteration_converges_for_all_patterns_of_an_object_at_rest() -> None:
     """All 4,096 patterns of 64 x 64 pixels: plain total variation must come to explain the values within their noise."""
     count, weight = 4096, np.full(4096, 1 / 6, np.float32)
-    rows = Weighted(ShiftedHadamard.single(hadamard_order(64, "tv", count), np.zeros((count, 2)), 64), weight)
+    rows = Weighted(ShiftedHadamard.single(hadamard_order(64, "tv", count), np.zeros((count, 2)), Field(64)), weight)
     square = np.zeros((64, 64), np.float32)
     square[10:30, 12:40] = 1.0
     values = rows.matvec(square.ravel()) + np.random.default_rng(0).standard_normal(count).astype(np.float32)
@@ -117,7 +117,7 @@ def test_the_iteration_converges_for_all_patterns_of_an_object_at_rest() -> None
 
 def test_the_relaxation_stays_below_its_bound() -> None:
     """All patterns at rest: A'A = 4096 everywhere, 1 / tau - sigma K'K = 1/2 for a checkerboard: 2 - 2 / (2 x 1.05) - 0.02."""
-    whole = ShiftedHadamard.single(hadamard_order(64, "tv", 4096), np.zeros((4096, 2)), 64)
+    whole = ShiftedHadamard.single(hadamard_order(64, "tv", 4096), np.zeros((4096, 2)), Field(64))
     assert relaxation_of(whole, 4096 * 1.05) == pytest.approx(2 - 1 / 1.05 - 0.02, abs=1e-3)
-    smooth = ShiftedHadamard.single(hadamard_order(64, "tv", 400), np.zeros((400, 2)), 64)
+    smooth = ShiftedHadamard.single(hadamard_order(64, "tv", 400), np.zeros((400, 2)), Field(64))
     assert relaxation_of(smooth, 4096 * 1.05) == 1.7

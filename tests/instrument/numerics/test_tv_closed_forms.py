@@ -99,7 +99,7 @@ def test_a_start_cut_out_of_a_larger_image_ends_where_a_start_from_nothing_does(
     dual[1, 1, :, 0] = dual[1, 3, :, 0] = 5.0  # what points across the new border, and would be kept
     close_border(dual)
     assert dual[1, 1, :, 0].tolist() == [0.0] * 6
-    start = replace(TvState.zero((6, 4), whole.eigenvalue), image=part, dual=dual)
+    start = replace(TvState.zero(((6, 4),), whole.eigenvalue), images=(part,), duals=(dual,))
     cut = total_variation(
         Dense(np.eye(24), (6, 4)), values[:, 8:].ravel(), strength=30.0, reweightings=0, iterations=2000, start=start
     )

@@ -5,7 +5,7 @@ import pytest
 
 from instrument.numerics import tv_augmented_lagrangian
 from instrument.patterns import hadamard_order
-from instrument.reconstruction import ShiftedHadamard
+from instrument.reconstruction import Field, ShiftedHadamard
 from protocols import Floats, Singles
 from tests.support.dense import DenseSingles
 
@@ -20,12 +20,12 @@ def _square() -> Singles:
 
 def _rows(count: int) -> ShiftedHadamard:
     drift = np.linspace(0, 4, count)[:, None] * [1.0, 0.5]
-    return ShiftedHadamard.single(hadamard_order(SIZE, "tv", count), drift, SIZE)
+    return ShiftedHadamard.single(hadamard_order(SIZE, "tv", count), drift, Field(SIZE))
 
 
 def _written_out(rows: ShiftedHadamard) -> DenseSingles:
     units = np.eye(rows.shape[0], dtype=np.float32)
-    return DenseSingles(np.stack([rows.rmatvec(unit) for unit in units]).astype(np.float64), rows.image_shape)
+    return DenseSingles(np.stack([rows.rmatvec(unit) for unit in units]).astype(np.float64), rows.image_shapes[0])
 
 
 def _noisy(rows: ShiftedHadamard) -> Singles:

@@ -11,7 +11,7 @@ from instrument.measurement import Measurement
 from instrument.patterns import hadamard_order, hadamard_signs
 from instrument.patterns.hadamard import HadamardOrder
 from instrument.plan import Plan
-from instrument.reconstruction import Region, ShiftedHadamard, inverse_hadamard
+from instrument.reconstruction import Field, Region, ShiftedHadamard, inverse_hadamard
 from instrument.reconstruction.dgi import ghost_image
 from instrument.reconstruction.problem import Places, Problem
 from instrument.recording import Recording
@@ -36,13 +36,13 @@ def test_terms_are_added_with_their_coefficients_each_at_its_own_place(seed: int
     coefficients = [0.5, -2.0, 3.0]
     pairs = rng.integers(0, 8, (3, rows, 2))
     places = rng.uniform(-5, 5, (3, rows, 2))
-    operator = ShiftedHadamard.of(coefficients, pairs, places, 8)
+    operator = ShiftedHadamard.of(coefficients, pairs, places, Field(8))
     dense = sum(
         coefficients[term] * seen_patterns(hadamard_signs(8, pairs[term]).astype(np.float64), places[term])
         for term in range(3)
     )
     image = _normal(64, seed).astype(np.float32)
-    assert (operator.shape, operator.image_shape) == ((rows, 64), (8, 8))
+    assert (operator.shape, operator.image_shapes[0]) == ((rows, 64), (8, 8))
     np.testing.assert_allclose(operator.matvec(image), np.reshape(dense, (rows, 64)) @ image, atol=1e-3)
 
 
@@ -50,7 +50,7 @@ def test_terms_are_added_with_their_coefficients_each_at_its_own_place(seed: int
 def test_places_up_to_a_twentieth_of_a_pixel_apart_are_one_place(way_px: float, value: float) -> None:
     """All-one pattern of 8 x 8 at 0, its dark complement at ``way_px``: 64, or 8 (8 - 0.02) where both are at their mean."""
     still = np.zeros((1, 2))
-    operator = ShiftedHadamard.differential(np.array([[0, 0]]), still, np.array([[way_px, 0.0]]), 8)
+    operator = ShiftedHadamard.differential(np.array([[0, 0]]), still, np.array([[way_px, 0.0]]), Field(8))
     assert float(operator.matvec(np.ones(64, np.float32))[0]) == pytest.approx(value, abs=1e-4)
 
 
@@ -58,15 +58,15 @@ def test_inside_a_region_a_change_of_the_total_light_is_left_out() -> None:
     """Seven of eight columns, at 0 and 2 px to the right: the mean of 56 and 48. Of the whole field it is 64 - 0."""
     still, moved = np.zeros((1, 2)), np.array([[2.0, 0.0]])
     pairs = np.array([[0, 0]])
-    part = ShiftedHadamard.differential(pairs, still, moved, 8, Region(0, 0, 8, 7))
+    part = ShiftedHadamard.differential(pairs, still, moved, Field(8), Region(0, 0, 8, 7))
     assert part.matvec(np.ones(56, np.float32)).tolist() == [52.0]
-    whole = ShiftedHadamard.differential(pairs, still, moved, 8, Region.whole(8))
+    whole = ShiftedHadamard.differential(pairs, still, moved, Field(8), Region.whole(8))
     assert whole.matvec(np.ones(64, np.float32)).tolist() == [64.0]
 
 
 def test_an_operator_without_rows_gives_no_values_and_a_dark_image() -> None:
     nothing = np.zeros((0, 2))
-    operator = ShiftedHadamard.differential(np.zeros((0, 2), np.int64), nothing, nothing, 8)
+    operator = ShiftedHadamard.differential(np.zeros((0, 2), np.int64), nothing, nothing, Field(8))
     assert operator.shape == (0, 64)
     assert operator.matvec(np.ones(64, np.float32)).shape == (0,)
     assert operator.rmatvec(np.zeros(0, np.float32)).tolist() == [0.0] * 64

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from instrument.plan import Plan
-from instrument.reconstruction import FixedPatterns, Region
+from instrument.reconstruction import Field, FixedPatterns, Region
 from instrument.schemes import FourierHadamardSettings, scheme_of
 from protocols import Bytes, Floats
 from tests.support.dense import seen_patterns
@@ -27,7 +27,7 @@ def _places() -> Floats:
 
 @pytest.mark.parametrize("upsampling", [1, 2])
 def test_values_read_from_maps_equal_the_sum_over_pixels(upsampling: int) -> None:
-    fixed = FixedPatterns.of(_patterns(upsampling), SIZE, REGION)
+    fixed = FixedPatterns.of(Field(SIZE).acting(_patterns(upsampling)), Field(SIZE), REGION)
     part = np.random.default_rng(1).random(REGION.shape)
     image = REGION.paste(part, SIZE)
     places = _places()
@@ -43,7 +43,7 @@ def test_sampling_and_maps_have_transposes(wide: bool) -> None:  # noqa: FBT001 
     """<C x, y> = <x, C' y>, for all displacements and for those that keep the object inside the field."""
     rng = np.random.default_rng(2)
     places = _places() if wide else rng.uniform((-5, -3), (4, 5), (30, 4, 2))
-    fixed = FixedPatterns.of(_patterns(), SIZE, REGION, places)
+    fixed = FixedPatterns.of(Field(SIZE).acting(_patterns()), Field(SIZE), REGION, places)
     sampling = fixed.sampling(places)
     part, values = rng.random(REGION.shape, np.float32), rng.random(120, np.float32)
 
@@ -59,7 +59,10 @@ def test_small_maps_give_the_same_values_as_large_ones() -> None:
     """The region begins 5 and 3 px from the field's borders and ends 4 and 5 px from the others."""
     places = np.random.default_rng(3).uniform((-5.9, -3.9), (4.9, 5.9), (50, 4, 2))
     patterns = _patterns()
-    small, large = FixedPatterns.of(patterns, SIZE, REGION, places), FixedPatterns.of(patterns, SIZE, REGION)
+    small, large = (
+        FixedPatterns.of(Field(SIZE).acting(patterns), Field(SIZE), REGION, places),
+        FixedPatterns.of(Field(SIZE).acting(patterns), Field(SIZE), REGION),
+    )
     part = np.random.default_rng(1).random(REGION.shape, np.float32)
 
     for ours, others in zip(
@@ -69,7 +72,7 @@ def test_small_maps_give_the_same_values_as_large_ones() -> None:
 
 
 def test_slopes_are_the_derivatives_of_the_values() -> None:
-    fixed = FixedPatterns.of(_patterns(), SIZE, REGION)
+    fixed = FixedPatterns.of(Field(SIZE).acting(_patterns()), Field(SIZE), REGION)
     maps = fixed.maps(np.random.default_rng(1).random(REGION.shape).astype(np.float32))
     places = np.floor(_places()[1:]) + 0.4  # well inside a cell, where values are bilinear
     _, slope = fixed.values(maps, places)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from instrument.plan import Plan
-from instrument.reconstruction import FixedPatterns, Method, Region, reconstruct
+from instrument.reconstruction import Field, FixedPatterns, Method, Region, reconstruct
 from instrument.reconstruction.fourier_rows import FourierRows
 from instrument.schemes import scheme_of
 from protocols import Floats
@@ -23,7 +23,7 @@ def _places() -> Floats:
 
 def _rows() -> tuple[FourierRows, Floats]:
     sigma = np.random.default_rng(1).uniform(0.5, 2, (FRAMES, 4))
-    fixed = FixedPatterns.of(scheme_of(PLAN).fixed_patterns, SIZE, REGION, _places())
+    fixed = FixedPatterns.of(Field(SIZE).acting(scheme_of(PLAN).fixed_patterns), Field(SIZE), REGION, _places())
     return FourierRows.of(fixed, _places(), sigma, FREQUENCY_PER_PX, (0, 0, 1, 1)), sigma
 
 

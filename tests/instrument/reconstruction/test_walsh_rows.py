@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from instrument.patterns import walsh_matrix
+from instrument.reconstruction import Field
 from instrument.reconstruction.walsh_rows import walsh_changes, walsh_rows
 from protocols import Floats
 
@@ -27,7 +28,7 @@ def _mean_of_steps(number: int, place: float, first: int, count: int) -> Floats:
 def test_an_entry_is_the_mean_of_the_step_function_over_its_pixel(
     number: int, place: float, first: int, count: int
 ) -> None:
-    rows = walsh_rows(SIZE, np.array([number]), np.array([place]), first, count)
+    rows = walsh_rows(Field(SIZE), np.array([number]), np.array([place]), first, count)
     assert rows.shape == (1, count)
     np.testing.assert_allclose(rows[0], _mean_of_steps(number, place, first, count), atol=2e-6)
 
@@ -37,7 +38,7 @@ def test_the_changes_of_a_row_weigh_the_cumulative_sum_of_a_series(
     number: int, place: float, first: int, count: int, seed: int
 ) -> None:
     series = np.random.default_rng(seed).standard_normal(count)
-    changes = walsh_changes(SIZE, np.array([number]), np.array([place]), first, count)
+    changes = walsh_changes(Field(SIZE), np.array([number]), np.array([place]), first, count)
     assert changes.shape == (1, count)
     assert (changes @ np.cumsum(series))[0] == pytest.approx(
         float(_mean_of_steps(number, place, first, count) @ series), abs=1e-9
@@ -48,25 +49,25 @@ def test_the_changes_of_a_row_weigh_the_cumulative_sum_of_a_series(
 def test_the_slope_is_the_change_of_an_entry_over_a_hundredth_of_a_pixel(number: int, whole: int, part: float) -> None:
     """Between whole places the rows are straight lines, so that a difference is exact."""
     before, after = (_mean_of_steps(number, whole + part + step, 0, SIZE) for step in (-0.005, 0.005))
-    slope = walsh_rows(SIZE, np.array([number]), np.array([whole + part]), 0, SIZE, slope=True)
+    slope = walsh_rows(Field(SIZE), np.array([number]), np.array([whole + part]), 0, SIZE, slope=True)
     np.testing.assert_allclose(slope[0], (after - before) / 0.01, atol=1e-6)
 
 
 def test_at_a_whole_place_the_slope_is_that_of_a_motion_to_the_right() -> None:
     """w_1 of four pixels is + + - -; an object at 0 that goes on loses at its second pixel 2, at its last -1, a pixel."""
-    assert walsh_rows(4, np.array([1]), np.array([0.0]), 0, 4, slope=True).tolist() == [[0, -2, 0, 1]]
+    assert walsh_rows(Field(4), np.array([1]), np.array([0.0]), 0, 4, slope=True).tolist() == [[0, -2, 0, 1]]
 
 
 def test_a_row_of_c_changes_has_c_plus_two_steps_of_two_weights_each() -> None:
     """At a place that is not whole no two weights meet: w_3 of 8 pixels changes at 2, 4 and 6, and begins and ends."""
-    changes = walsh_changes(8, np.array([3]), np.array([-2.5]), 0, 12)
+    changes = walsh_changes(Field(8), np.array([3]), np.array([-2.5]), 0, 12)
     assert changes.nnz == 2 * (3 + 2)
     assert changes.toarray()[0].tolist() == [0, -0.5, -0.5, 1, 1, -1, -1, 1, 1, -0.5, -0.5, 0]
 
 
 def test_each_row_keeps_its_own_number_and_place() -> None:
     """Rows of 2 and 1 sign changes of four pixels, moved by +1 and -1."""
-    rows = walsh_rows(4, np.array([2, 1]), np.array([1.0, -1.0]), 0, 4)
+    rows = walsh_rows(Field(4), np.array([2, 1]), np.array([1.0, -1.0]), 0, 4)
     assert rows.tolist() == [[-1, -1, 1, 0], [0, 1, 1, -1]]
 
 
@@ -74,6 +75,6 @@ def test_each_row_keeps_its_own_number_and_place() -> None:
 def test_out_of_the_field_a_row_is_dark_and_has_no_slope(place: float) -> None:
     """Region of 4 pixels from 8 - 4 on: it has left at -12 and at 8 - 4 = 4, and so at 8."""
     for slope in (False, True):
-        assert not walsh_rows(8, np.array([0]), np.array([place]), 4, 4, slope=slope).any()
-    weights = walsh_changes(8, np.array([0]), np.array([place]), 4, 4).toarray()
+        assert not walsh_rows(Field(8), np.array([0]), np.array([place]), 4, 4, slope=slope).any()
+    weights = walsh_changes(Field(8), np.array([0]), np.array([place]), 4, 4).toarray()
     assert float((weights @ np.cumsum([1.0, 2.0, 3.0, 4.0]))[0]) == 0

@@ -59,6 +59,6 @@ def test_every_group_has_its_class_and_every_number_its_unit(path: Path) -> None
         }
     assert all(groups.values())
     assert groups["entry/instrument/counter"] == "NXdetector"
-    assert len(stated) == 8
+    assert len(stated) == 9
     for name, unit in stated.items():
         assert unit == next(unit for end, unit in units.items() if name.endswith(end)), name

@@ -1,0 +1,144 @@
+"""Light that changes periodically, as lamps on the mains do: found in the total light of a run, and taken out of its values."""
+
+from typing import Final
+
+import numpy as np
+from pydantic import NonNegativeFloat
+from scipy.optimize import minimize_scalar
+
+from protocols import Floats, Frozen, Mask
+
+_MOST: Final = 4
+"""Lines that are looked for: 100 and 120 Hz, and an overtone of each."""
+
+_LEAST_HZ: Final = 40.0
+"""Frequency below which a change counts as drift."""
+
+_FEWEST_PERIODS: Final = 8
+"""Periods that a run must last for a line to be told from drift."""
+
+_TREND_DEGREE: Final = 5
+"""Degree of the polynomial that is taken off as drift."""
+
+_SIGNIFICANT: Final = 5.0
+"""Amplitude, in its own standard deviations, from which on a line is taken: chance makes one in some 500 runs."""
+
+_TELLS_APART: Final = 0.25
+"""Standard deviation of the lamp's share above which all of a line is taken to be the lamp's."""
+
+
+class Ripple(Frozen):
+    """One line in the spectrum of the total light: amplitude times cos(2 pi f t - phase), over the mean."""
+
+    frequency_hz: NonNegativeFloat
+    """Frequency f."""
+
+    amplitude: NonNegativeFloat
+    """Amplitude over the mean total light."""
+
+    phase_rad: float
+    """Phase at the first edge of the run."""
+
+    lamp_share: NonNegativeFloat = 1.0
+    """Share of it that is the lamp's, 0 to 1. The rest is ambient light, which does not come by way of the object."""
+
+    def at(self, time_s: Floats) -> Floats:
+        """Give the ripple at times of any shape."""
+        return np.asarray(self.amplitude * np.cos(2 * np.pi * self.frequency_hz * time_s - self.phase_rad), np.float64)
+
+
+def without_ripples(values: Floats, time_s: Floats, ripples: tuple[Ripple, ...], mean_total: float) -> Floats:
+    """Subtract ambient light that ripples, and divide by the lamp's ripple, each at the time of the pattern.
+
+    Args:
+        values: ``(frames, patterns_per_frame)`` light.
+        time_s: likewise, middle of each pattern.
+        ripples: what is to be taken out.
+        mean_total: mean total light; a pattern has half of the total's ambient light, as the total is the sum of two patterns.
+
+    Returns:
+        Values of the same shape.
+    """
+    for ripple in ripples:
+        seen = ripple.at(time_s)
+        ambient = (1 - ripple.lamp_share) * seen * mean_total / 2
+        values = (values - ambient) / (1 + ripple.lamp_share * seen)
+    return values
+
+
+def ripples_seen(total: Floats, amplitude: Floats | None, valid: Mask, time_s: Floats) -> tuple[Ripple, ...]:
+    """Find the lines in the total light of a run.
+
+    The lamp's ripple changes the light of the object, and with it the amplitude of the position signals, in proportion; that of
+    ambient light does not. The lamp's share is the slope of the regression of the one on the other.
+
+    Args:
+        total: ``(frames,)`` total light.
+        amplitude: ``(frames, axes)`` amplitudes of the position signals, not divided by the total; None where there are none.
+        valid: ``(frames,)`` whether it was measured.
+        time_s: ``(frames,)`` when, evenly spaced.
+
+    Returns:
+        The lines found, the strongest first; none where the run is too short.
+    """
+    frames = len(total)
+    if np.count_nonzero(valid) < max(64, frames // 2):
+        return ()
+    step_s = float(time_s[1] - time_s[0])
+    index = np.arange(frames)
+    filled = np.interp(index, index[valid], total[valid])
+    place = 2 * index / max(frames - 1, 1) - 1
+    trend = np.polynomial.chebyshev.chebval(place, np.polynomial.chebyshev.chebfit(place, filled, _TREND_DEGREE))
+    if not (trend > 0).all():
+        return ()
+    left = np.asarray(filled / trend - 1, np.float64)
+    window = np.hanning(frames)
+    frequency_hz = np.fft.rfftfreq(4 * frames, step_s)
+    least_hz = max(_LEAST_HZ, _FEWEST_PERIODS / (frames * step_s))
+    found: list[Ripple] = []
+    for _ in range(_MOST):
+        spectrum = np.abs(np.fft.rfft(left * window, 4 * frames)) * (frequency_hz >= least_hz)
+        near_hz = float(frequency_hz[int(np.argmax(spectrum))])
+        ripple = _line(left, time_s, near_hz, 1 / (4 * frames * step_s))
+        noise = float(np.std(left - ripple.at(time_s))) * np.sqrt(2 / frames)
+        if near_hz < least_hz or ripple.amplitude < _SIGNIFICANT * noise:
+            break
+        left = left - ripple.at(time_s)
+        found.append(ripple.model_copy(update={"lamp_share": _lamp_share(ripple, amplitude, valid, time_s)}))
+    return tuple(found)
+
+
+def _line(series: Floats, time_s: Floats, near_hz: float, width_hz: float) -> Ripple:
+    """Fit a cosine to a series by least squares, its frequency near a given one."""
+
+    def parts(frequency_hz: float) -> tuple[float, float]:
+        angle = 2 * np.pi * frequency_hz * time_s
+        return 2 * float(series @ np.cos(angle)) / len(series), 2 * float(series @ np.sin(angle)) / len(series)
+
+    def minus_power(frequency_hz: float) -> float:
+        cosine, sine = parts(frequency_hz)
+        return -(cosine**2) - sine**2
+
+    fit = minimize_scalar(minus_power, bounds=(max(near_hz - width_hz, 0.0), near_hz + width_hz), method="bounded")
+    best_hz = float(fit.x)
+    cosine, sine = parts(best_hz)
+    return Ripple(
+        frequency_hz=best_hz, amplitude=float(np.hypot(cosine, sine)), phase_rad=float(np.arctan2(sine, cosine))
+    )
+
+
+def _lamp_share(ripple: Ripple, amplitude: Floats | None, valid: Mask, time_s: Floats) -> float:
+    """Give the share of a line that the lamp has; 1 where the amplitudes do not say."""
+    if amplitude is None:
+        return 1.0
+    seen = ripple.at(time_s)[valid]
+    shares: list[float] = []
+    variances: list[float] = []
+    for series in amplitude[valid].T:
+        relative = series / max(float(series.mean()), 1e-300) - 1
+        shares.append(float(relative @ seen) / float(seen @ seen))
+        variances.append(float(np.var(relative - shares[-1] * seen)) / float(seen @ seen))
+    weights = 1 / np.maximum(variances, 1e-300)
+    if not np.isfinite(weights).all() or weights.sum() ** -0.5 > _TELLS_APART:
+        return 1.0
+    return float(np.clip(np.average(shares, weights=weights), 0.0, 1.0))

@@ -1,0 +1,240 @@
+"""The screening of a recording before anything is made of it: what its counts say of themselves.
+
+In this order: counts that no counter gives, values that slipped to other patterns, single wild ones, and patterns that were wired
+otherwise than planned. What can be mended is mended, what cannot is NaN, and each is told.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from instrument.measurement.detector import noise_variance
+from instrument.measurement.finding import Finding
+from instrument.measurement.slips import Slips, in_step_again, slips_of
+from instrument.measurement.wild_counts import wild_counts
+from instrument.measurement.wiring import Wiring, rewired, wiring_of
+from instrument.recording import Recording
+from instrument.schemes import Scheme, scheme_of
+from protocols import Floats, Mask
+
+_DIGITS: Final = 1e-6
+"""Noise that is assumed at least, over the largest value."""
+
+_LISTED: Final = 5
+"""Places that a sentence lists."""
+
+_DEAD: Final = 0.9
+"""Share of the time dead at most that is corrected for here: beyond, a count is wild in any case."""
+
+
+@dataclass(frozen=True, eq=False)
+class Screened:
+    """A recording whose values are what their patterns gave, or NaN."""
+
+    recording: Recording
+    """The recording, values mended; frames that are not usable are not valid."""
+
+    findings: tuple[Finding, ...]
+    """What was found."""
+
+
+def screened(recording: Recording) -> Screened:
+    """Find what is wrong with the counts of a recording, and mend or mask it."""
+    recording = replace(recording, frame_valid=usable_frames(recording))
+    scheme = scheme_of(recording.plan)
+    values = np.where(recording.frame_valid[:, None], recording.values, np.nan)
+    findings: list[Finding] = []
+    impossible = _impossible(recording)
+    values[impossible] = np.nan
+    findings += _tell_impossible(recording, impossible)
+
+    variance = _variance(values, recording.frame_valid, scheme, photon_counts=recording.photon_counts)
+    light = _light_of_counts(recording, values)
+    pair = _pair(scheme)
+    wild = wild_counts(light, variance, pair)
+    slips = slips_of(np.where(wild, np.nan, light), variance, pair)
+    if slips.any:  # what was wild in a place of another pattern may be none in its own
+        findings += tell_slips(slips)
+        values, light = in_step_again(values, slips), in_step_again(light, slips)
+        wild = wild_counts(light, variance, pair)
+    else:
+        findings += _tell_strange(slips.sure)
+        values[~slips.sure] = np.nan
+    findings += _tell_wild(wild)
+    values[wild] = np.nan
+    light[np.isnan(values)] = np.nan
+
+    wiring, frames, share = wiring_of(light, variance, scheme, recording.plan.image_size)
+    findings += _tell_wiring(wiring, tuple(frames.tolist()), share)
+    values = rewired(values, wiring, scheme)
+    if not findings:
+        return Screened(recording, ())
+    valid = recording.frame_valid & np.isfinite(values).all(axis=1)
+    background = None if recording.background is None else rewired(recording.background, wiring, scheme)
+    kept = np.where(recording.frame_valid[:, None], values, recording.values)
+    return Screened(replace(recording, values=kept, frame_valid=valid, background=background), tuple(findings))
+
+
+def usable_frames(recording: Recording) -> Mask:
+    """``(frames,)``: whether a frame is valid, or would be but for a slip that the run's own timing audit found in its counts."""
+    usable = recording.frame_valid.copy()
+    report = recording.timing
+    if report is None or not report.slipped or report.verdict == "failed":
+        return usable
+    for first, end, _ in report.slipped:
+        usable[first:end] = True
+    patterns = np.array([*report.gaps, *report.doubles, *report.irregular], np.int64)
+    usable[(patterns // recording.values.shape[1]).clip(max=len(usable) - 1)] = False
+    return np.asarray(usable & (recording.frame_valid | np.isfinite(recording.values).all(axis=1)), bool)
+
+
+def slips_of_counts(values: Floats, valid: Mask, scheme: Scheme, *, photon_counts: bool) -> Slips:
+    """Find the shifts of a run by its counts as they came; see ``slips_of``.
+
+    Args:
+        values: ``(frames, patterns_per_frame)``.
+        valid: ``(frames,)``: whether the frame may be used.
+        scheme: what was shown.
+        photon_counts: whether the values count photons.
+    """
+    known = np.where(valid[:, None], values, np.nan)
+    variance = _variance(values, valid, scheme, photon_counts=photon_counts)
+    wild = wild_counts(known, variance, _pair(scheme))
+    return slips_of(np.where(wild, np.nan, known), variance, _pair(scheme))
+
+
+def _pair(scheme: Scheme) -> tuple[int, int] | None:
+    rows = scheme.image_rows
+    return None if rows is None else (rows.positive, rows.negative)
+
+
+def _variance(values: Floats, valid: Mask, scheme: Scheme, *, photon_counts: bool) -> Floats:
+    """Variance of each column that does not depend on the light; all 0 for photon counts."""
+    columns: int = values.shape[1]
+    if photon_counts:
+        return np.zeros(columns)
+    found = noise_variance(values, scheme.light_weights, valid)
+    known = np.abs(values[np.isfinite(values)])
+    digits = (_DIGITS * float(known.max(initial=0.0))) ** 2  # of values that are computed, and have no noise
+    return np.full(columns, max(found, digits, 1e-280) if np.isfinite(found) else 1e280)
+
+
+def _light_of_counts(recording: Recording, values: Floats) -> Floats:
+    """Counts without what dead time took: it bends the sum of a pair."""
+    dead = values * (recording.dead_time_s / recording.picture_time_s) if recording.photon_counts else np.zeros(())
+    return np.asarray(values / (1 - np.minimum(dead, _DEAD)), np.float64)
+
+
+def _impossible(recording: Recording) -> Mask:
+    """Values of valid frames that no detector gives."""
+    values = recording.values
+    wrong = ~np.isfinite(values)
+    if recording.photon_counts:
+        wrong |= (values < 0) | (values != np.round(values))
+    return np.asarray(wrong & recording.frame_valid[:, None], bool)
+
+
+def _tell_impossible(recording: Recording, impossible: Mask) -> list[Finding]:
+    if not impossible.any():
+        return []
+    values = recording.values[impossible]
+    kinds = {
+        "not a number": int(np.isnan(values).sum()),
+        "infinite": int(np.isinf(values).sum()),
+        "negative": int((np.isfinite(values) & (values < 0)).sum()),
+        "not whole": int((np.isfinite(values) & (values >= 0)).sum()),
+    }
+    what = ", ".join(f"{number} {kind}" for kind, number in kinds.items() if number)
+    text = f"{_number(values.size, 'impossible count')} masked ({what}): {_places(impossible)}"
+    return [
+        Finding(
+            "impossible counts",
+            _frames(np.asarray(impossible.any(axis=1), bool)),
+            text,
+            f"{text}; look at the counter, and at whoever wrote the file",
+        )
+    ]
+
+
+def _tell_wild(wild: Mask) -> list[Finding]:
+    if not wild.any():
+        return []
+    text = f"{_number(int(wild.sum()), 'wild count')} masked: {_places(wild)}"
+    why = "single values that neither motion nor lamp explains: look for pick-up on the pulse line, or afterpulses"
+    return [Finding("wild counts", _frames(np.asarray(wild.any(axis=1), bool)), text, f"{text} ({why})")]
+
+
+def _tell_strange(goes: Mask) -> list[Finding]:
+    """Tell of frames that go with none of their neighbours, though no single value is wild."""
+    if goes.all():
+        return []
+    frames = _frames(~goes)
+    text = f"{_number(len(frames), 'frame')} masked beside ones that go with no neighbour: {_ranges(frames)}"
+    why = "as after a sync edge lost and one gained, or a jump of the object"
+    return [Finding("shifted patterns", frames, text, f"{text} ({why})")]
+
+
+def tell_slips(slips: Slips) -> list[Finding]:
+    """Give a sentence for the shifts of a run; none where nothing slipped."""
+    if not slips.any:
+        return []
+    parts: list[str] = []
+    before = 0
+    for segment in slips.segments:
+        if segment.shift != before or segment.shift:
+            since = "from the first frame on" if segment.first_frame == 0 else f"from frame {segment.first_frame} on"
+            parts.append(f"{_by(segment.shift)} {since} ({_cause(segment.shift - before)})")
+        before = segment.shift
+    text = "values come " + ", ".join(parts[:_LISTED]) + (", ..." if len(parts) > _LISTED else "")
+    unsure = int(np.count_nonzero(~slips.sure))
+    frames = _frames((slips.shift != 0) | ~slips.sure)
+    return [
+        Finding(
+            "shifted patterns",
+            frames,
+            text,
+            f"{text}: values that are sure are moved back, {_number(unsure, 'frame')} near a change or not sure masked; "
+            "look at the sync line",
+        )
+    ]
+
+
+def _by(shift: int) -> str:
+    return "in step again" if not shift else f"{'late' if shift > 0 else 'early'} by {_number(abs(shift), 'pattern')}"
+
+
+def _cause(change: int) -> str:
+    edges = "a sync edge" if abs(change) == 1 else f"{abs(change)} sync edges"
+    verb = "was" if abs(change) == 1 else "were"
+    return f"{edges} {verb} {'gained' if change > 0 else 'lost'}"
+
+
+def _tell_wiring(wiring: Wiring, frames: tuple[int, ...], share: float) -> list[Finding]:
+    if wiring == "as planned":
+        return []
+    saw = f"the all-on pattern gives H+/S = {share:.2f}"
+    if wiring == "H- first":
+        text = "H- comes first: exchanged"
+        why = "H+ and H- are exchanged here; load the patterns in the planned order, or swap them on the modulator"
+    else:
+        text = "the modulator inverts its pictures: each value taken as S - I"
+        why = "each value is taken as S - I here; set the modulator's inversion (simulated: mirrors_inverted) the other way"
+    return [Finding("wiring", frames, text, f"{saw}: {text.split(':')[0]}; {why}")]
+
+
+def _frames(which: Mask) -> tuple[int, ...]:
+    return tuple(np.flatnonzero(which).tolist())
+
+
+def _places(which: Mask) -> str:
+    places = [f"frame {frame} column {column}" for frame, column in np.argwhere(which)[:_LISTED].tolist()]
+    return ", ".join(places) + (", ..." if np.count_nonzero(which) > _LISTED else "")
+
+
+def _ranges(frames: tuple[int, ...]) -> str:
+    return ", ".join(str(frame) for frame in frames[:_LISTED]) + (", ..." if len(frames) > _LISTED else "")
+
+
+def _number(count: int, what: str) -> str:
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
