@@ -84,7 +84,7 @@ def random_faults(rng: np.random.Generator, count: int) -> tuple[list[dict[str, 
     kinds: tuple[str, ...] = ("drop-edge", "double-edge", "surplus-edges", "spike")
     for kind in [kinds[int(index)] for index in rng.integers(4, size=count)]:
         if kind == "spike":
-            factor = 0.0 if rng.random() < LOST_SHARE else float(3 * np.exp(rng.uniform(0.0, np.log(333.0))))
+            factor = 0.0 if rng.random() < LOST_SHARE else float(3 * np.exp(rng.uniform(0.0, 5.8)))
             spikes.append((int(rng.integers(PLAN.frames)), int(rng.integers(0, 6)), factor))
         elif kind == "surplus-edges":
             faults.append({"kind": kind, "edges": int(rng.integers(1, 4))})

@@ -206,13 +206,13 @@ def _steady_change(light: Floats) -> Floats:
     half = _STEADY // 2
     change = np.pad(np.diff(light, axis=0, prepend=np.nan), ((half, half), (0, 0)), constant_values=np.nan)
     around = np.sort([change[k : k + len(light)] for k in range(_STEADY)], axis=0)  # NaN comes last
-    known = np.isfinite(around).all(axis=0)
+    known: Mask = np.asarray(np.isfinite(around).all(axis=0), np.bool_)
     steady = np.where(known, around[half], 0.0)
     index = np.arange(len(light))
     for column in range(light.shape[1]):
-        there = known[:, column]
-        if there.any():
-            steady[:, column] = np.interp(index, index[there], steady[there, column])
+        there = np.flatnonzero(known[:, column])
+        if len(there):
+            steady[:, column] = np.interp(index, there, steady[there, column])
     return steady
 
 
