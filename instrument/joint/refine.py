@@ -26,6 +26,7 @@ _BLOCK_FRAMES = (
 )
 _BLOCKS = (8, 32)  # fewest and most blocks in a run
 _WORSE = 1.05  # ratio of misfits above which the refined path is worse than the one given
+_NO_BETTER = 1.01  # ratio of misfits above which smaller pixels explain less than those of the patterns do
 _STANDS_STILL = 0.2  # change of the path over its uncertainty, both rms, below which it is taken as found
 _TINY = 1e-12
 
@@ -132,7 +133,7 @@ def refine(
     best = refinement.iterate
     finer = grid or grid_of(best.trajectory, refinement.penalty)
     state = _image_of(best, finer)
-    if grid is None and finer > 1 and state.misfit > refinement.misfit:
+    if grid is None and finer > 1 and state.misfit > _NO_BETTER * refinement.misfit:
         finer = 1  # smaller pixels should explain more, not less
         state = _image_of(best, finer)
     if state.misfit > _WORSE * refinement.misfit_given:
