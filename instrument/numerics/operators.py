@@ -60,6 +60,35 @@ class Weighted:
 
 
 @dataclass(frozen=True, eq=False)
+class Scaled:
+    """The columns of another operator, each multiplied by its factor."""
+
+    operator: Operator
+    """The operator whose columns are multiplied."""
+
+    factor: Singles
+    """``(pixels,)``: factor of each column."""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Number of rows and of pixels."""
+        return self.operator.shape
+
+    @property
+    def image_shapes(self) -> tuple[tuple[int, int], ...]:
+        """Height and width of each unknown image, in pixels."""
+        return self.operator.image_shapes
+
+    def matvec(self, image: Singles) -> Singles:
+        """Give the values of an image: ``(pixels,)`` to ``(rows,)``."""
+        return self.operator.matvec(self.factor * image)
+
+    def rmatvec(self, values: Singles) -> Singles:
+        """Apply the transpose: ``(rows,)`` to ``(pixels,)``."""
+        return self.factor * self.operator.rmatvec(values)
+
+
+@dataclass(frozen=True, eq=False)
 class Stacked:
     """The rows of one operator, followed by those of another one on the same image."""
 

@@ -6,7 +6,7 @@ from typing import Final, Self
 
 import numpy as np
 
-from instrument.numerics.operators import Operator, largest_eigenvalue
+from instrument.numerics.operators import Operator, Scaled, largest_eigenvalue
 from instrument.numerics.tv_steps import CORNERS, K_SQUARED, dual_step, gradient_norms, primal_step
 from protocols import Floats, Singles
 
@@ -320,7 +320,7 @@ def _cold_start(operator: Operator) -> TvState:
     """Give images of 0, with scales, eigenvalue and relaxation of the rows."""
     shapes = operator.image_shapes
     scales = (1.0,) if len(shapes) == 1 else _scales(operator)
-    scaled = operator if len(shapes) == 1 else _Scaled(operator, _spread(shapes, scales))
+    scaled = operator if len(shapes) == 1 else Scaled(operator, _spread(shapes, scales))
     eigenvalue = largest_eigenvalue(scaled) * EIGENVALUE_MARGIN
     start = TvState.zero(shapes, eigenvalue)
     return replace(start, scales=scales, relaxation=relaxation_of(scaled, eigenvalue))
@@ -330,7 +330,7 @@ def _scales(operator: Operator) -> tuple[float, ...]:
     """Give factors on the images with which the largest eigenvalue of A'A is the same for each of them alone."""
     shapes = operator.image_shapes
     alone = [
-        largest_eigenvalue(_Scaled(operator, _spread(shapes, np.eye(len(shapes))[k])), _SCALE_STEPS)
+        largest_eigenvalue(Scaled(operator, _spread(shapes, np.eye(len(shapes))[k])), _SCALE_STEPS)
         for k in range(len(shapes))
     ]
     return tuple(float(np.sqrt(max(alone) / max(value, 1e-30))) for value in alone)
@@ -341,28 +341,6 @@ def _spread(shapes: tuple[tuple[int, int], ...], factors: Sequence[float] | Floa
     return np.concatenate(
         [np.full(height * width, factor, np.float32) for (height, width), factor in zip(shapes, factors, strict=True)]
     )
-
-
-@dataclass(frozen=True, eq=False)
-class _Scaled:
-    """An operator on images divided by a factor at each pixel."""
-
-    operator: Operator
-    factor: Singles
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        return self.operator.shape
-
-    @property
-    def image_shapes(self) -> tuple[tuple[int, int], ...]:
-        return self.operator.image_shapes
-
-    def matvec(self, image: Singles) -> Singles:
-        return self.operator.matvec(self.factor * image)
-
-    def rmatvec(self, values: Singles) -> Singles:
-        return self.factor * self.operator.rmatvec(values)
 
 
 def _white(rows: int) -> Singles:
