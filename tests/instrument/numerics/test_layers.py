@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from instrument.numerics import Layered, Operator, Stacked, Unseen, Weighted
-from tests.instrument.numerics.dense import Dense
+from tests.support.dense import DenseSingles
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -17,7 +17,7 @@ def test_layers_are_the_matrices_side_by_side(seed: int, rows: int) -> None:
     """Small whole numbers, so that single precision is exact."""
     rng = np.random.default_rng(seed)
     first, second = rng.integers(-9, 10, (rows, 6)).astype(float), rng.integers(-9, 10, (rows, 4)).astype(float)
-    layered = Layered((Dense(first, (2, 3)), Dense(second, (4, 1))))
+    layered = Layered((DenseSingles(first, (2, 3)), DenseSingles(second, (4, 1))))
     matrix = np.hstack([first, second])
     image = rng.integers(-9, 10, 10).astype(np.float32)
     values = rng.integers(-9, 10, rows).astype(np.float32)
@@ -29,7 +29,7 @@ def test_layers_are_the_matrices_side_by_side(seed: int, rows: int) -> None:
 
 
 def test_layers_within_layers_and_weights_and_stacks_keep_their_images() -> None:
-    one, two = Dense(np.ones((3, 6)), (2, 3)), Dense(np.ones((3, 4)), (4, 1))
+    one, two = DenseSingles(np.ones((3, 6)), (2, 3)), DenseSingles(np.ones((3, 4)), (4, 1))
     nested = Layered((one, Layered((two, one))))
     assert nested.image_shapes == ((2, 3), (4, 1), (2, 3))
     assert nested.shape == (3, 16)
@@ -52,7 +52,7 @@ def test_unseen_rows_are_dark_both_ways() -> None:
 def test_each_is_the_transpose_of_its_transpose(seed: int) -> None:
     """<A x, y> = <x, A' y>."""
     rng = np.random.default_rng(seed)
-    one, two = Dense(rng.normal(size=(4, 6)), (2, 3)), Dense(rng.normal(size=(4, 4)), (2, 2))
+    one, two = DenseSingles(rng.normal(size=(4, 6)), (2, 3)), DenseSingles(rng.normal(size=(4, 4)), (2, 2))
     operators: tuple[Operator, ...] = (
         Layered((one, two)),
         Unseen(4, ((2, 3),)),

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from instrument.numerics import Stacked, Weighted, largest_eigenvalue
-from tests.instrument.numerics.dense import Dense
+from tests.support.dense import DenseSingles
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -20,7 +20,7 @@ def test_stacked_and_weighted_rows_are_those_of_the_matrix_and_its_transpose(see
     rng = np.random.default_rng(seed)
     first, second = rng.integers(-9, 10, (above, 6)).astype(float), rng.integers(-9, 10, (below, 6)).astype(float)
     weight = rng.integers(-9, 10, above).astype(np.float32)
-    rows = Stacked(Weighted(Dense(first, (2, 3)), weight), Dense(second, (2, 3)))
+    rows = Stacked(Weighted(DenseSingles(first, (2, 3)), weight), DenseSingles(second, (2, 3)))
     matrix = np.vstack([np.diag(weight) @ first, second])
     image = rng.integers(-9, 10, 6).astype(np.float32)
     values = rng.integers(-9, 10, above + below).astype(np.float32)
@@ -35,7 +35,7 @@ def test_the_largest_eigenvalue_is_the_square_of_the_largest_singular_value() ->
     """Singular values 3, 2 and 1 behind two rotations: after 20 steps the second has (4 / 9)^20 of the first."""
     rng = np.random.default_rng(3)
     left, right = (np.linalg.qr(rng.normal(size=(3, 3)))[0] for _ in range(2))
-    rows = Dense(np.asarray(left @ np.diag([3.0, 2.0, 1.0]) @ right, np.float64), (1, 3))
+    rows = DenseSingles(np.asarray(left @ np.diag([3.0, 2.0, 1.0]) @ right, np.float64), (1, 3))
 
     assert largest_eigenvalue(rows) == pytest.approx(9.0, rel=1e-5)
 
@@ -45,12 +45,12 @@ def test_the_largest_eigenvalue_is_the_square_of_the_largest_singular_value() ->
 def test_the_power_method_comes_from_below_and_each_step_comes_nearer(seed: int) -> None:
     matrix = np.random.default_rng(seed).normal(size=(7, 5))
     exact = float(np.linalg.eigvalsh(matrix.T @ matrix)[-1])
-    found = [largest_eigenvalue(Dense(matrix, (1, 5)), steps) for steps in (1, 2, 5, 20)]
+    found = [largest_eigenvalue(DenseSingles(matrix, (1, 5)), steps) for steps in (1, 2, 5, 20)]
 
     assert all(late >= early * (1 - 1e-5) for early, late in itertools.pairwise(found))
     assert 0 < found[-1] <= exact * (1 + 1e-5)
 
 
 def test_rows_that_see_all_images_alike_need_one_step_and_the_dark_has_eigenvalue_0() -> None:
-    assert largest_eigenvalue(Dense(4 * np.eye(6), (2, 3)), 1) == pytest.approx(16.0, rel=1e-6)
-    assert largest_eigenvalue(Dense(np.zeros((4, 6)), (2, 3))) == 0.0
+    assert largest_eigenvalue(DenseSingles(4 * np.eye(6), (2, 3)), 1) == pytest.approx(16.0, rel=1e-6)
+    assert largest_eigenvalue(DenseSingles(np.zeros((4, 6)), (2, 3))) == 0.0

@@ -8,12 +8,12 @@ import pytest
 from instrument.numerics import TvState, close_border, total_variation
 from instrument.numerics.tv import relaxation_of
 from protocols import Floats
-from tests.instrument.numerics.dense import Dense
+from tests.support.dense import DenseSingles
 
 HEIGHT, LEFT, RIGHT = 12, 8, 16
 LOW, HIGH = 20.0, 80.0
 SHAPE = (HEIGHT, LEFT + RIGHT)
-PIXELS = Dense(np.eye(HEIGHT * (LEFT + RIGHT)), SHAPE)
+PIXELS = DenseSingles(np.eye(HEIGHT * (LEFT + RIGHT)), SHAPE)
 
 
 def _plateaus(reweightings: int, bregman_steps: int, strength: float = 30.0) -> tuple[TvState, float, float]:
@@ -64,9 +64,9 @@ def test_an_edge_that_was_found_is_penalised_by_e_over_jump_plus_e() -> None:
     assert other == pytest.approx(weight * high, rel=5e-3)
 
 
-def _stripe(parity: Floats) -> Dense:
+def _stripe(parity: Floats) -> DenseSingles:
     """One row that sees one image of +1 and -1, with the eigenvalue 16 of 4 x 4 pixels."""
-    return Dense((1 - 2 * (parity % 2)).reshape(1, 16), (4, 4))
+    return DenseSingles((1 - 2 * (parity % 2)).reshape(1, 16), (4, 4))
 
 
 _ROWS, _COLUMNS = np.indices((4, 4)).astype(float)
@@ -94,13 +94,20 @@ def test_a_start_cut_out_of_a_larger_image_ends_where_a_start_from_nothing_does(
     """Plateaus of 20 and 80, cut two columns left of the jump: one even image of 80, whose total variation is 0."""
     values = np.full((6, 12), 20.0, np.float32)
     values[:, 6:] = 80.0
-    whole = total_variation(Dense(np.eye(72), (6, 12)), values.ravel(), strength=30.0, reweightings=0, iterations=200)
+    whole = total_variation(
+        DenseSingles(np.eye(72), (6, 12)), values.ravel(), strength=30.0, reweightings=0, iterations=200
+    )
     part, dual = whole.image[:, 8:].copy(), whole.dual[..., 8:].copy()
     dual[1, 1, :, 0] = dual[1, 3, :, 0] = 5.0  # what points across the new border, and would be kept
     close_border(dual)
     assert dual[1, 1, :, 0].tolist() == [0.0] * 6
     start = replace(TvState.zero(((6, 4),), whole.eigenvalue), images=(part,), duals=(dual,))
     cut = total_variation(
-        Dense(np.eye(24), (6, 4)), values[:, 8:].ravel(), strength=30.0, reweightings=0, iterations=2000, start=start
+        DenseSingles(np.eye(24), (6, 4)),
+        values[:, 8:].ravel(),
+        strength=30.0,
+        reweightings=0,
+        iterations=2000,
+        start=start,
     )
     np.testing.assert_allclose(cut.image, 80.0, atol=0.01)

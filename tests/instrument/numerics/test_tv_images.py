@@ -7,7 +7,7 @@ import pytest
 
 from instrument.numerics import Layered, Stacked, TvState, Unseen, total_variation
 from protocols import Singles
-from tests.instrument.numerics.dense import Dense
+from tests.support.dense import DenseSingles
 
 SHAPES = ((8, 8), (6, 10))
 
@@ -28,9 +28,9 @@ def _values(number: int, scale: float = 1.0, noise: float = 1.0) -> Singles:
     return np.asarray(scale * 20 * image.ravel() + noise * white, np.float32)
 
 
-def _identity(number: int, scale: float = 1.0) -> Dense:
+def _identity(number: int, scale: float = 1.0) -> DenseSingles:
     size = _image(number).size
-    return Dense(scale * 20 * np.eye(size), SHAPES[number])
+    return DenseSingles(scale * 20 * np.eye(size), SHAPES[number])
 
 
 def _both(scale: float = 1.0) -> Stacked:
