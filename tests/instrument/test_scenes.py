@@ -51,12 +51,12 @@ def test_a_camera_picture_of_a_real_phantom_is_recognised(tmp_path: Path) -> Non
     analysis = analysed(tmp_path, scene, MotionPlan(velocity_mm_s=25))
     truth = analysis.recording.truth
     assert truth is not None
-    assert analysis.image is not None
+    assert analysis.reconstruction is not None
     assert analysis.ignored is not None
     place = np.s_[8:64, 8:64]
     found, ignored = (
         np.corrcoef(image[place].ravel(), truth.image[place].ravel())[0, 1]
-        for image in (analysis.image, analysis.ignored)
+        for image in (analysis.reconstruction.at_patterns, analysis.ignored)
     )
     assert found > 0.9
     assert ignored < found - 0.2
