@@ -3,8 +3,11 @@
 Nothing is skipped and nothing is replaced: a plug-in that is missing or broken is an error that says so.
 """
 
+import os
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import lru_cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Protocol, TypeAlias, cast
 
@@ -163,7 +166,21 @@ class PluginLine:
 
 def installed_plugins(kind: PluginKind) -> tuple[InstalledPlugin, ...]:
     """List the plug-ins of one kind by name, without importing any."""
+    return _listed(kind, tuple((place, _changed_ns(place)) for place in sys.path))
+
+
+@lru_cache(maxsize=32)
+def _listed(kind: PluginKind, _places: tuple[tuple[str, int], ...]) -> tuple[InstalledPlugin, ...]:
+    """List the plug-ins of one kind, once for a state of the path: the record of every distribution is read for it."""
     return tuple(sorted(_announced(kind), key=lambda plugin: (plugin.name, plugin.distribution)))
+
+
+def _changed_ns(place: str) -> int:
+    """When a folder of the path got or lost an entry; 0 where there is no folder."""
+    try:
+        return os.stat(place or ".").st_mtime_ns  # noqa: PTH116 - an entry of the path need not be a path's text
+    except OSError:
+        return 0
 
 
 def find_plugin(kind: PluginKind, name: str) -> InstalledPlugin:

@@ -1,7 +1,9 @@
 """Plug-ins are found by name, and what is wrong with one is said."""
 
+import shutil
 import sys
 from importlib import invalidate_caches
+from pathlib import Path
 
 import pytest
 
@@ -19,6 +21,20 @@ def test_a_third_party_plug_in_is_found_and_nothing_is_imported_before_it_is_loa
     plugin = found.load()
     assert isinstance(plugin, DriverPlugin)
     assert plugin.summary == "Acme projector"
+
+
+def test_a_plug_in_that_is_installed_or_removed_meanwhile_is_seen(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
+    before = [plugin.name for plugin in installed_plugins("counter")]
+    record = tmp_path / "kinopix_late-1.0.dist-info"
+    record.mkdir()
+    (record / "METADATA").write_text("Metadata-Version: 2.1\nName: kinopix-late\nVersion: 1.0\n")
+    (record / "entry_points.txt").write_text("[kinopix.counters]\nlate = nowhere:plugin\n")
+    assert [plugin.name for plugin in installed_plugins("counter")] == sorted([*before, "late"])
+    shutil.rmtree(record)
+    assert [plugin.name for plugin in installed_plugins("counter")] == before
 
 
 def test_the_simulated_devices_are_found_by_the_same_road() -> None:
