@@ -14,7 +14,9 @@ from instrument.config.discovery import (
 )
 from instrument.config.document import read_document
 from instrument.config.errors import ConfigError, Problem
+from instrument.config.keys_page import keys_page
 from instrument.config.light_table import NOTHING_KNOWN, DeadTimeKind, LightTable
+from instrument.config.schema import bench_schema, field_docstrings, plan_schema
 from instrument.config.scheme_table import (
     DEFAULT_SCHEME,
     SchemePlugin,
@@ -43,10 +45,14 @@ __all__ = [
     "SchemePlugin",
     "SchemeSettings",
     "bench_of_tables",
+    "bench_schema",
+    "field_docstrings",
     "find_plugin",
     "installed_plugins",
+    "keys_page",
     "list_plugins",
     "load_bench",
+    "plan_schema",
     "read_document",
     "scheme_plugin",
     "scheme_problems",

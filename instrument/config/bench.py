@@ -69,14 +69,15 @@ _TABLES: dict[RoleName, type[DeviceTable]] = {"stage": StageTable}
 """Tables that have keys of their own; all others are a ``DeviceTable``."""
 
 
-def _table_of(role: Role[Any]) -> type[DeviceTable]:
+def table_of(role: Role[Any]) -> type[DeviceTable]:
+    """Give the model of the keys that the framework itself has in the table of a role."""
     return _TABLES.get(role.name, DeviceTable)
 
 
-def _whole_file() -> type[Frozen]:
+def whole_file() -> type[Frozen]:
     """bench.toml as it is written, before any plug-in is asked: a table for each role, and the scene."""
     fields: dict[str, Any] = {
-        role.name: (_table_of(role), ...) if role.needed else (_table_of(role) | None, None) for role in ROLES
+        role.name: (table_of(role), ...) if role.needed else (table_of(role) | None, None) for role in ROLES
     }
     return create_model(
         "BenchTables", __base__=Frozen, **fields, scene=(SceneTable | None, None), light=(LightTable, NOTHING_KNOWN)
@@ -177,7 +178,7 @@ def bench_of_tables(tables: Mapping[str, Any], title: str) -> BenchConfig:
 
 
 def _checked(document: Document) -> BenchConfig:
-    _, problems = validate_table(_whole_file(), document.values, document)
+    _, problems = validate_table(whole_file(), document.values, document)
     search = _Search(document, problems)
     found: dict[RoleName, ResolvedDevice | None] = {
         role.name: search.device(role) for role in ROLES if role.needed or role.name in document.values
@@ -202,7 +203,7 @@ class _Search:
     problems: list[Problem]
 
     def device(self, role: Role[Any]) -> ResolvedDevice | None:
-        kind, model = role.name, _table_of(role)
+        kind, model = role.name, table_of(role)
         table = self.table(kind, model)
         if table is None:
             return None
