@@ -25,6 +25,7 @@ from instrument.config.scheme_table import (
     scheme_problems,
     settings_of,
 )
+from instrument.config.template import bench_template, plan_template
 
 __all__ = [
     "DEFAULT_SCHEME",
@@ -46,6 +47,7 @@ __all__ = [
     "SchemeSettings",
     "bench_of_tables",
     "bench_schema",
+    "bench_template",
     "field_docstrings",
     "find_plugin",
     "installed_plugins",
@@ -53,6 +55,7 @@ __all__ = [
     "list_plugins",
     "load_bench",
     "plan_schema",
+    "plan_template",
     "read_document",
     "scheme_plugin",
     "scheme_problems",

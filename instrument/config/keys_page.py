@@ -72,14 +72,14 @@ def _section(name: str, table: JsonSchema, *, alone: bool) -> str:
 
 def _body(table: JsonSchema) -> str:
     if "properties" not in table:
-        return f"{_takes(table)}\n"
+        return f"{takes(table)}\n"
     meaning = _escaped(table.get("description", ""))
     return (f"{meaning}\n\n" if meaning else "") + _rows(table["properties"], table.get("required", []))
 
 
 def _rows(properties: JsonSchema, required: list[str]) -> str:
     rows = [
-        f"| `{key}` | {_takes(value)} | {_default(key, value, required)} | {_escaped(value.get('description', ''))} |\n"
+        f"| `{key}` | {takes(value)} | {_default(key, value, required)} | {_escaped(value.get('description', ''))} |\n"
         for key, value in properties.items()
     ]
     return (_HEAD + "".join(rows)) if rows else "No keys of its own.\n"
@@ -88,21 +88,27 @@ def _rows(properties: JsonSchema, required: list[str]) -> str:
 def _default(key: str, value: JsonSchema, required: list[str]) -> str:
     if key in required:
         return "*needed*"
-    default = value.get("default")
-    if default is None:
-        return "none"
-    if isinstance(default, dict):
+    if isinstance(value.get("default"), dict):
         return "that table's own"
-    return f"`{str(default).lower() if isinstance(default, bool) else _toml(default)}`"
+    default = default_of(value)
+    return f"`{default}`" if default else "none"
+
+
+def default_of(value: JsonSchema) -> str:
+    """Give the default of a key as TOML has it; empty where it has none, or a whole table."""
+    default = value.get("default")
+    return "" if default is None or isinstance(default, dict) else _toml(default)
 
 
 def _toml(value: object) -> str:
     if isinstance(value, list):
         return "[" + ", ".join(_toml(part) for part in cast("list[object]", value)) + "]"
+    if isinstance(value, bool):
+        return str(value).lower()
     return f'"{value}"' if isinstance(value, str) else f"{value}"
 
 
-def _takes(value: JsonSchema) -> str:
+def takes(value: JsonSchema) -> str:
     """Say in words what a key takes."""
     return " or ".join(dict.fromkeys(_one(part) for part in _choices(value) if part.get("type") != "null"))
 
@@ -123,7 +129,7 @@ def _one(part: JsonSchema) -> str:
     if part.get("type") == "array":
         items: list[Any] = part.get("prefixItems") or [part.get("items", {})]
         many = len(part.get("prefixItems", [])) or part.get("minItems", 0)
-        return f"list of {many or 'any number'}: " + ", ".join(dict.fromkeys(_takes(item) for item in items))
+        return f"list of {many or 'any number'}: " + ", ".join(dict.fromkeys(takes(item) for item in items))
     return " ".join([kind, ", ".join(bounds)]).strip()
 
 

@@ -1,0 +1,91 @@
+"""bench.toml and plan.toml to begin with: every key of the chosen plug-ins as a comment, with what it means and its default."""
+
+import textwrap
+from collections.abc import Iterator, Mapping
+from typing import Final
+
+from instrument.config.keys_page import default_of, takes
+from instrument.config.schema import JsonSchema
+from protocols import InputError
+
+_WIDTH: Final = 100
+
+
+def bench_template(schema: JsonSchema, drivers: Mapping[str, str]) -> str:
+    """Write bench.toml for some drivers.
+
+    Args:
+        schema: ``bench_schema()``.
+        drivers: name of the driver in each role.
+
+    Raises:
+        InputError: a driver that is not installed.
+    """
+    parts = [
+        '#:schema ./bench.schema.json\n# Written by kinopix init. A key behind "#" has the value that stands there.\n'
+    ]
+    for role, driver in drivers.items():
+        keys = _keys(_chosen(schema, role, driver, "driver"), skip=("driver", "emulator"))
+        parts.append(f'[{role}]\ndriver = "{driver}"\n{"".join(keys)}')
+    if "simulated" in drivers.values():
+        scene = schema["properties"]["scene"]["anyOf"][0]
+        parts.append("[scene]\n" + "".join(_keys(scene, skip=("kind",))))
+    parts.append("[light]\n" + "".join(_keys(schema["$defs"]["LightTable"])))
+    return "\n".join(parts)
+
+
+def plan_template(schema: JsonSchema, scheme: str) -> str:
+    """Write plan.toml for a scheme: the paper's run of 1,666 frames, along the stage's axis.
+
+    Args:
+        schema: ``plan_schema(Plan)``.
+        scheme: its name.
+
+    Raises:
+        InputError: a scheme that is not installed.
+    """
+    table = _chosen(schema, "scheme", scheme, "name")
+    top = {
+        **schema,
+        "properties": {key: of for key, of in schema["properties"].items() if key not in {"scheme", "motion"}},
+    }
+    return "\n".join(
+        [
+            '#:schema ./plan.schema.json\n# Written by kinopix init. A key behind "#" has the value that stands there.\n',
+            "".join(_keys(top, given={"frames": "1666"})),
+            f'[scheme]\nname = "{scheme}"\n{"".join(_keys(table, skip=("name",)))}',
+            "[motion]                 # leave the whole table out for an object at rest\n"
+            + "".join(_keys(schema["$defs"]["MotionPlan"], given={"velocity_mm_s": "25.0"})),
+        ]
+    )
+
+
+def _chosen(schema: JsonSchema, name: str, plugin: str, key: str) -> JsonSchema:
+    """Find the table of one plug-in."""
+    tables: list[JsonSchema] = [table for table in schema["properties"][name]["anyOf"] if "properties" in table]
+    for table in tables:
+        if table["properties"][key]["const"] == plugin:
+            return table
+    names = ", ".join(str(table["properties"][key]["const"]) for table in tables)
+    raise InputError(
+        saw=f"the {name} {plugin!r}", expected=f"one of {names}", remedy="kinopix drivers lists what is installed"
+    )
+
+
+def _keys(table: JsonSchema, skip: tuple[str, ...] = (), given: Mapping[str, str] | None = None) -> Iterator[str]:
+    """Give the lines of each key: its meaning, and the key with its default as a comment, or with what is given."""
+    required: list[str] = table.get("required", [])
+    for key, value in table["properties"].items():
+        if key in skip:
+            continue
+        meaning = str(value.get("description", "")).replace("``", "")
+        yield "\n" + textwrap.indent(textwrap.fill(meaning, _WIDTH), "# ") + "\n"
+        if given and key in given:
+            yield f"{key} = {given[key]}\n"
+        elif key == "transport":
+            yield "# transport =              # a name that kinopix drivers lists\n"
+        elif key in required:
+            yield f"# {key} =              # needed: {takes(value).replace('`', '')}\n"
+        else:
+            default = default_of(value)
+            yield f"# {key} = {default}\n" if default else f"# {key} =              # {takes(value).replace('`', '')}\n"
