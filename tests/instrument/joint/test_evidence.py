@@ -8,7 +8,7 @@ import pytest
 
 from instrument.joint.evidence import AxisView, Evidence, View, evidence_of
 from instrument.joint.prediction import Predictor
-from instrument.joint.refine import _gauss_newton_step
+from instrument.joint.rounds import _gauss_newton_step
 from instrument.measurement import Measurement
 from instrument.plan import Plan
 from instrument.reconstruction import Problem

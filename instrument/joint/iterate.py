@@ -1,0 +1,41 @@
+"""A path and a light model, as far as they are known, and the image problem that they state."""
+
+from dataclasses import dataclass, replace
+
+from instrument.measurement import LightModel, Measurement
+from instrument.reconstruction import Problem
+from instrument.tracking import Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class Iterate:
+    """A path and a light model, and the image problem that they state."""
+
+    measurement: Measurement
+    """What was measured, corrected by the light model."""
+
+    problem: Problem
+    """Image values, and the displacement during each pattern."""
+
+    trajectory: Trajectory
+    """The path."""
+
+    refinements: int = 0
+    """Number of refinements that led to it."""
+
+    def lit_by(self, light: LightModel) -> "Iterate":
+        """Correct the values by another light model."""
+        if light == self.measurement.light:
+            return self
+        measurement = self.measurement.lit_by(light)
+        return replace(self, measurement=measurement, problem=self.problem.remeasured(measurement))
+
+    def on_grid(self, grid: int) -> "Iterate":
+        """Take another number of image pixels a pattern pixel."""
+        return replace(self, problem=self.problem.on_grid(grid))
+
+    def along(self, trajectory: Trajectory) -> "Iterate":
+        """Take another path."""
+        return replace(
+            self, problem=self.problem.moved(trajectory), trajectory=trajectory, refinements=self.refinements + 1
+        )
