@@ -3,12 +3,12 @@
 from typing import Literal, TypeAlias
 
 TrackingMethod: TypeAlias = Literal["smooth", "per-frame"]
-"""How ``track`` finds the path: one smooth path through all frames; each frame by itself, as the paper does."""
+"""How ``track`` finds the path: one smooth path through all frames; each frame by itself, as published."""
 
 Tracking: TypeAlias = Literal["joint", "smooth", "per-frame"]
 """How an analysis finds the path: path and image refined together (``joint``), or as ``TrackingMethod``."""
 
-Method: TypeAlias = Literal["tv", "tv-fourier", "tv-bregman", "tv-al", "dgi", "conventional"]
+Method: TypeAlias = Literal["tv", "tv-fourier", "tv-bregman", "tv-al", "pseudo-inverse", "dgi", "conventional"]
 """How an image is made."""
 
 Background: TypeAlias = Literal["auto", "fit", "none"]
@@ -16,3 +16,7 @@ Background: TypeAlias = Literal["auto", "fit", "none"]
 
 Grid: TypeAlias = Literal["auto", "1", "2"]
 """Image pixels that a pattern pixel has along each axis; ``auto`` takes 2 where the motion supports it."""
+
+Normalise: TypeAlias = Literal["auto", "smoothed", "frame", "off"]
+"""By what values are divided against a lamp that changes: the total light smoothed over frames, each frame's own as published, or
+nothing; ``auto`` is ``frame`` where the path is found as published, else ``smoothed``."""

@@ -2,19 +2,19 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias, get_args
 
 import numpy as np
 
 from instrument.analysis.causes import numbers_that_end, refuse_endless, refuse_hopeless, refuse_size
 from instrument.analysis.merit import Figures, figures_of
-from instrument.choices import Background, Grid, Method, Tracking
+from instrument.choices import Background, Grid, Method, Normalise, Tracking, TrackingMethod
 from instrument.joint import grid_of, refine
 from instrument.measurement import LightModel, Measurement, first_light, usable_frames
 from instrument.reconstruction import Reconstruction, method_of, reconstruct
 from instrument.recording import Recording
-from instrument.tracking import Trajectory, track
+from instrument.tracking import Trajectory, track, with_start
 from protocols import Floats, InputError
 
 OnStep: TypeAlias = Callable[[str, int, int], None]
@@ -70,6 +70,41 @@ def _why(recording: Recording) -> str:
     return f" ({notes[0]})" if notes else ""
 
 
+def _lit(measurement: Measurement, tracking: Tracking, normalise: Normalise) -> Measurement:
+    """Find out what the run shows of the bench's light; as published, nobody asks it."""
+    if tracking != "per-frame":
+        return first_light(replace(measurement, normalise=normalise))
+    return replace(measurement, light_found=True, normalise="frame" if normalise == "auto" else normalise)
+
+
+def _placed(measurement: Measurement, trajectory: Trajectory, found: Reconstruction | None) -> Trajectory:
+    """Give the absolute position where the scheme measures one, with what the images of object and background say of it."""
+    if found is None:
+        return with_start(measurement, trajectory)
+    still = None if found.still is None else found.still * found.gain
+    return with_start(measurement, trajectory, image=found.at_patterns, still=still)
+
+
+def _refuse_tracking(tracking: Tracking, mean_filter: int | None) -> None:
+    """Refuse a tracking that there is not, and a filter that the tracking does not have.
+
+    Raises:
+        InputError: in both cases.
+    """
+    if tracking not in get_args(Tracking):
+        raise InputError(
+            saw=f"the tracking {tracking!r}",
+            expected=f"one of {', '.join(get_args(Tracking))}",
+            remedy="correct the name",
+        )
+    if mean_filter is not None and tracking != "per-frame":
+        raise InputError(
+            saw=f"a mean filter of {mean_filter} for the tracking {tracking}, which smooths as far as the values ask for it",
+            expected="a mean filter with the tracking per-frame alone",
+            remedy="leave it out, or ask for per-frame",
+        )
+
+
 def analyse(
     recording: Recording,
     *,
@@ -77,6 +112,8 @@ def analyse(
     method: Method = "tv",
     background: Background = "auto",
     grid: Grid = "auto",
+    mean_filter: int | None = None,
+    normalise: Normalise = "auto",
     on_step: OnStep | None = None,
 ) -> Analysis:
     """Track the object, reconstruct its image, and judge both, as far as the recording's scheme goes.
@@ -88,18 +125,16 @@ def analyse(
         background: whether the light of something that stands still is found together with the object: ``auto`` finds out
             whether there is any. Where a background was recorded and subtracted, ``auto`` looks for no other.
         grid: image pixels that a pattern pixel has along each axis: ``auto`` takes 2 where the motion supports it.
+        mean_filter: for the tracking ``per-frame`` only: number of neighbouring coefficients that are averaged, 5 in the paper.
+        normalise: by what values are divided against a lamp that changes: the total light ``smoothed`` over frames, each
+            ``frame``'s own as published, or nothing (``off``); ``auto`` goes with the tracking.
         on_step: function that is called before each step.
 
     Raises:
         InputError: no frame is usable, nothing can be found in the values, the object leaves the field, or the tracking or the
             method is unknown.
     """
-    if tracking not in get_args(Tracking):
-        raise InputError(
-            saw=f"the tracking {tracking!r}",
-            expected=f"one of {', '.join(get_args(Tracking))}",
-            remedy="correct the name",
-        )
+    _refuse_tracking(tracking, mean_filter)
     method_of(method)
     if isinstance(recording, Recording) and not usable_frames(recording).any():  # pyright: ignore[reportUnnecessaryIsInstance]
         raise InputError(
@@ -113,7 +148,7 @@ def analyse(
         refuse_size(recording)
     measurement = Measurement.of(recording)
     refuse_hopeless(measurement)
-    measurement = first_light(measurement)
+    measurement = _lit(measurement, tracking, normalise)
     wanted = "none" if background == "auto" and recording.background is not None else background
     trajectory: Trajectory | None = None
     reconstruction: Reconstruction | None = None
@@ -122,7 +157,8 @@ def analyse(
     with numbers_that_end():
         tell("following the object", 0, 3)
         if measurement.scheme.position is not None:
-            trajectory = track(measurement, "per-frame" if tracking == "per-frame" else "smooth")
+            way: TrackingMethod = "per-frame" if tracking == "per-frame" else "smooth"
+            trajectory = track(measurement, way, mean_filter=mean_filter)
         tell("reconstructing", 1, 3)
         if measurement.scheme.image_rows is not None:
             chosen = method_of(method)
@@ -136,6 +172,8 @@ def analyse(
                 if finer is None:
                     finer = 1 if trajectory is None else grid_of(trajectory)
                 reconstruction = reconstruct(measurement, trajectory, method, grid=finer, still=still)
+        if trajectory is not None:
+            trajectory = _placed(measurement, trajectory, reconstruction)
     refuse_endless(trajectory, reconstruction)
     took_s = time.perf_counter() - started_s
     tell("comparing", 2, 3)

@@ -9,7 +9,7 @@ from instrument.measurement import LightModel, Measurement, Parameter
 from instrument.numerics import displacement_mse, offset_free_mse, psnr, ssim_global, ssim_local
 from instrument.reconstruction import Reconstruction
 from instrument.tracking import Trajectory
-from protocols import Frozen, Truth
+from protocols import Floats, Frozen, Truth
 
 _LIGHT_CHANGE: Final = 0.05
 """Relative change of the total light above which the figures warn."""
@@ -48,6 +48,15 @@ class Figures(Frozen):
 
     analysis_s: NonNegativeFloat
     """Time taken by tracking and reconstruction."""
+
+    start_px: tuple[float, float] | None = None
+    """The object's centroid at frame 0, x and y in px of the field; None where the scheme measures displacement alone."""
+
+    start_sigma_px: tuple[float, float] | None = None
+    """Its standard deviation."""
+
+    start_error_px: NonNegativeFloat | None = None
+    """Its distance from the centroid of the true image."""
 
     displacement_mse_px2: float | None = None
     """Mean squared error of the displacement over frames and both axes, relative to frame 0."""
@@ -88,6 +97,10 @@ class Figures(Frozen):
             rows["travel"] = f"{self.travel_px[0]:.2f}, {self.travel_px[1]:.2f} px"
             sigma = "-" if self.sigma_px is None else f"{self.sigma_px:.3f} px (median, one sigma)"
             rows["stated uncertainty"] = sigma
+        if self.start_px is not None and self.start_sigma_px is not None:
+            (x, y), (sigma_x, sigma_y) = self.start_px, self.start_sigma_px
+            error = "" if self.start_error_px is None else f" (off by {self.start_error_px:.2f})"
+            rows["centroid at frame 0"] = f"{x:.2f} +- {sigma_x:.2f}, {y:.2f} +- {sigma_y:.2f} px{error}"
         if self.displacement_mse_px2 is not None and self.displacement_mse_offset_free_px2 is not None:
             rows["displacement MSE"] = (
                 f"{self.displacement_mse_px2:.4f} px^2 ({self.displacement_mse_offset_free_px2:.4f} offset-free)"
@@ -183,10 +196,22 @@ def _path_figures(trajectory: Trajectory | None, truth: Truth | None) -> dict[st
         "travel_px": tuple(found_px[-1].tolist()),
         "sigma_px": sigma_px if np.isfinite(sigma_px) and sigma_px > 0 else None,
     }
+    if trajectory.start_px is not None and trajectory.start_sigma_px is not None:
+        figures["start_px"] = tuple(trajectory.start_px.tolist())
+        figures["start_sigma_px"] = tuple(trajectory.start_sigma_px.tolist())
+        if truth is not None and truth.image.sum() > 0:
+            figures["start_error_px"] = float(np.hypot(*(trajectory.start_px - _centroid_px(truth.image))))
     if truth is not None:
         figures["displacement_mse_px2"] = displacement_mse(found_px, truth.displacement_px)
         figures["displacement_mse_offset_free_px2"] = offset_free_mse(found_px, truth.displacement_px)
     return figures
+
+
+def _centroid_px(image: Floats) -> Floats:
+    """Centroid of an image, x and y."""
+    light = float(image.sum())
+    weights: tuple[Floats, Floats] = image.sum(axis=0), image.sum(axis=1)
+    return np.array([float(weight @ np.arange(len(weight))) for weight in weights]) / light
 
 
 def _image_figures(

@@ -5,7 +5,7 @@ from typing import get_args
 
 from instrument.analysis.analyse import Analysis, OnStep, analyse
 from instrument.analysis.merit import Figures
-from instrument.choices import Background, Grid, Method, Tracking
+from instrument.choices import Background, Grid, Method, Normalise, Tracking
 from instrument.measurement import LightModel
 from instrument.recording import Recording
 from instrument.storage import open_recording, recording_info, refuse_unchangeable, refuse_while_written, write_analysis
@@ -20,6 +20,8 @@ def analyse_path(
     frames: int | None = None,
     background: str | Path | Background = "auto",
     grid: Grid = "auto",
+    mean_filter: int | None = None,
+    normalise: Normalise = "auto",
     results: str | Path | None = None,
     on_step: OnStep | None = None,
 ) -> Figures:
@@ -33,6 +35,8 @@ def analyse_path(
         background: file of a recording of the same plan without the object, to be subtracted; or whether the light of something
             that stands still is found together with the object, as in ``analyse``.
         grid: image pixels that a pattern pixel has along each axis, as in ``analyse``.
+        mean_filter: of the tracking ``per-frame``, as in ``analyse``.
+        normalise: by what values are divided, as in ``analyse``.
         results: a new file for a copy with the analysis, which leaves the recording as it is; None writes into the recording.
         on_step: function that is called before each step.
 
@@ -43,7 +47,16 @@ def analyse_path(
     fitted, file = background_choice(background)
     recording = recording_to_analyse(path, file, results)
     used = recording if frames is None else recording.first(frames)
-    analysis = analyse(used, tracking=tracking, method=method, background=fitted, grid=grid, on_step=on_step)
+    analysis = analyse(
+        used,
+        tracking=tracking,
+        method=method,
+        background=fitted,
+        grid=grid,
+        mean_filter=mean_filter,
+        normalise=normalise,
+        on_step=on_step,
+    )
     store(path, recording, analysis, results)
     return analysis.figures
 
@@ -111,6 +124,8 @@ def store(path: str | Path, recording: Recording, analysis: Analysis, results: s
         path,
         displacement_px=None if found is None else analysis.padded(found.displacement_px, frames),
         sigma_px=None if found is None else analysis.padded(found.sigma_px, frames),
+        start_px=None if found is None else found.start_px,
+        start_sigma_px=None if found is None else found.start_sigma_px,
         image=analysis.image,
         still=None if image is None else image.still,
         table=analysis.figures.model_dump(mode="json"),

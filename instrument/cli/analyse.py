@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from instrument.choices import Background, Grid, Method, Tracking
+from instrument.choices import Background, Grid, Method, Normalise, Tracking
 from instrument.cli.options import JsonOption, print_json
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ def analyse_file(
     file: Annotated[Path, typer.Argument(help="Recording (.h5), whole or partial.")],
     tracking: Annotated[
         Tracking,
-        typer.Option(help="joint: refine motion and image together; smooth: one pass; per-frame: the paper's."),
+        typer.Option(help="joint: refine motion and image together; smooth: one pass; per-frame: as published."),
     ] = "joint",
     method: Annotated[Method, typer.Option(help="How the image is made.")] = "tv",
     frames: Annotated[int | None, typer.Option(min=1, help="Use the first frames only.")] = None,
@@ -34,6 +34,15 @@ def analyse_file(
     ] = "auto",
     grid: Annotated[
         Grid, typer.Option(help="Image pixels to a pattern pixel's side; auto: 2 where the motion supports it.")
+    ] = "auto",
+    mean_filter: Annotated[
+        int | None, typer.Option(min=1, help="With --tracking per-frame: coefficients averaged, 5 in the paper.")
+    ] = None,
+    normalise: Annotated[
+        Normalise,
+        typer.Option(
+            help="Divide values by the total light: smoothed over frames, each frame's own as published, or off."
+        ),
     ] = "auto",
     results: Annotated[
         Path | None, typer.Option(help="New file for a copy with the analysis; the recording stays as it is.")
@@ -56,7 +65,8 @@ def analyse_file(
     folder = pictures or (results or file).parent
     if not no_pictures:
         picture_folder(folder)  # asked before the work, not after
-    analysis = analysed(recording.first(frames) if frames else recording, tracking, method, fitted, grid)
+    used = recording.first(frames) if frames else recording
+    analysis = analysed(used, tracking, method, fitted, grid, mean_filter, normalise)
     store(file, recording, analysis, results)
     drawn = [] if no_pictures else write_pictures(analysis, folder, (results or file).stem)
     if as_json:
@@ -73,6 +83,8 @@ def analysed(
     method: Method = "tv",
     background: Background = "auto",
     grid: Grid = "auto",
+    mean_filter: int | None = None,
+    normalise: Normalise = "auto",
 ) -> "Analysis":
     """Analyse with a progress bar, and say what is not as it should be.
 
@@ -93,6 +105,8 @@ def analysed(
             method=method,
             background=background,
             grid=grid,
+            mean_filter=mean_filter,
+            normalise=normalise,
             on_step=lambda what, done, total: bars.update(task, description=what, completed=done, total=total),
         )
     for doubt in analysis.figures.doubts:

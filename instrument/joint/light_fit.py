@@ -189,6 +189,8 @@ def _leaks(scheme: Scheme, prediction: Prediction, frame: Integers) -> tuple[Flo
     light[:, position] = prediction.values
     light[:, rows.positive] = (prediction.total + prediction.difference) / 2
     light[:, rows.negative] = (prediction.total - prediction.difference) / 2
+    for column in (rows.positive, rows.negative):
+        light[rows.is_ramp(frame), column] = np.nan  # no Hadamard pair: not predicted
     before = np.concatenate([[np.nan], light.ravel()[:-1]]).reshape(light.shape)
     before[1:, 0][np.diff(frame) != 1] = np.nan
     change = np.nan_to_num(before - light)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from instrument.schemes import Scheme, image_rows_of
-from protocols import Floats, Integers
+from protocols import Floats, Integers, Mask
 
 
 def bordering_share(pairs: Integers, size: int) -> Floats:
@@ -42,6 +42,23 @@ def with_edge_light(values: Floats, scheme: Scheme, size: int, edge_loss_a_side:
     rows = image_rows_of(scheme)
     lost = edge_loss_a_side * bordering_share(rows.pairs[np.arange(len(values)) % len(rows.pairs)], size)
     columns = [rows.positive, rows.negative]
+    lost = _of_ramps(lost, values[:, columns].sum(axis=1), rows.is_ramp(np.arange(len(values))))
     given_back = values.copy()
     given_back[:, columns] += (values[:, columns].sum(axis=1) * lost / (1 - lost) / 2)[:, None]
     return given_back
+
+
+def _of_ramps(lost: Floats, sums: Floats, ramp: Mask) -> Floats:
+    """Give the share that each pair lost, ``(frames,)``, where ramps lost what their sums lack against those of the other pairs.
+
+    A dithered ramp loses the more the nearer it is to grey, and so the object's place decides. A Hadamard pattern loses alike
+    everywhere.
+    """
+    measured = np.isfinite(sums)
+    first, others = ramp & measured, ~ramp & measured
+    if not (first.any() and others.any()):
+        return lost
+    all_on = float(np.mean((sums / (1 - lost))[others][: np.count_nonzero(first)]))
+    found = lost.copy()
+    found[ramp] = 1 - float(sums[first].mean()) / all_on if all_on > 0 else 0.0
+    return found

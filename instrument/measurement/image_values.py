@@ -65,6 +65,9 @@ class ImageValues:
     ) -> "ImageValues":
         """Give the image values of some frames.
 
+        Ramps in the place of a pair say one and the same of the image, its total light: together they count as one row. As many
+        rows as there are ramps would make the problem that much worse conditioned.
+
         Where photons are counted, I_H+ and I_H- each get half the variance of their sum, smoothed over frames: if each count had
         its own variance, low counts would have too much weight.
 
@@ -83,6 +86,7 @@ class ImageValues:
             InputError: the scheme has no image.
         """
         rows = image_rows_of(scheme)
+        values, ramp = rows.as_pairs(values, frame), rows.is_ramp(frame)
         of_pair = variance[:, [rows.positive, rows.negative]]
         if photon_counts and len(values) >= _FEWEST_FRAMES:
             both = of_pair.sum(axis=1)
@@ -98,7 +102,8 @@ class ImageValues:
             pairs=pairs,
             positive=bright[:, rows.positive],
             negative=bright[:, rows.negative],
-            difference_variance=variance[:, rows.positive] + variance[:, rows.negative],
+            difference_variance=(variance[:, rows.positive] + variance[:, rows.negative])
+            * np.where(ramp, max(1.0, float(ramp.sum())), 1.0),
             fixed=bright[:, fixed],
             fixed_variance=variance[:, fixed],
             time_s=time_s[:, [rows.positive, rows.negative, *fixed.tolist()]],

@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from instrument.choices import Normalise
 from instrument.measurement.detector import light_of
 from instrument.measurement.edge_light import with_edge_light
 from instrument.measurement.finding import Finding
@@ -62,6 +63,9 @@ class Measurement:
 
     light_found: bool = False
     """Whether the run itself was asked what the light model is."""
+
+    normalise: Normalise = "smoothed"
+    """By what values are divided against a lamp that changes; ``auto`` is ``smoothed`` here."""
 
     findings: tuple[Finding, ...] = ()
     """What the screening of the counts found, and mended or masked."""
@@ -156,17 +160,24 @@ class Measurement:
         share = float(of_total @ of_sum) / (ratio * power) if power > 0 and ratio > 0 else 0.0
         return steady + min(max(share, 0.0), 1.0) * (self.total - steady)
 
-    def observe(self, *, steady: bool) -> Observation:
+    @property
+    def smoothed(self) -> bool:
+        """Whether values are divided by the total light as it is smoothed over frames."""
+        return self.normalise in {"auto", "smoothed"}
+
+    def observe(self, *, steady: bool, as_measured: bool = False) -> Observation:
         """Give what each frame says of the object's position.
 
         Args:
             steady: whether the total light, which enters every position and does not change with motion, is taken as
                 ``steady_total``. For the paper's scheme that removes a third of the coefficients' variance.
+            as_measured: whether values are left as they are where the lamp changes within a frame.
 
         Raises:
             InputError: the scheme has no position, or no frame is both valid and lit.
         """
         position = position_of(self.scheme)
+        steady = steady and self.smoothed
         total = self.steady_total if steady else self.total
         lit = self.valid & (total > 0)
         self._require_light(total[self.valid])
@@ -179,7 +190,9 @@ class Measurement:
         used = self.scheme.light_weights != 0
         squares = self.scheme.light_weights[used] ** 2
         total_variance = np.zeros_like(total) if steady else self.variance[:, used] @ squares
-        values = self.values * to_one_moment(self.steady_total, lit, self.pattern_time_s, self.scheme.light_weights)
+        values = self.values
+        if self.smoothed and not as_measured:
+            values = values * to_one_moment(self.steady_total, lit, self.pattern_time_s, self.scheme.light_weights)
         light = Light(values, self.variance, total, total_variance, lit, self.photon_counts)
         return Observation.of(position, light, self.centre)
 
@@ -203,11 +216,14 @@ class Measurement:
             )
         total = self.total[frame]
         lamp = np.ones(len(frame))
-        if steady_object and len(frame) >= _FEWEST_FRAMES and (total > 0).any():
-            lamp = smooth(total, np.ones(len(total)), orders=(1,)).values
+        changes = self.normalise != "off" and steady_object
+        if changes and len(frame) >= _FEWEST_FRAMES and (total > 0).any():
+            lamp = smooth(total, np.ones(len(total)), orders=(1,)).values if self.smoothed else total
             lamp = np.maximum(lamp / lamp.mean(), _LEAST_LAMP)
         every, time_s = np.ones(len(frame), np.bool_), self.pattern_time_s[frame]
-        bright = self.values[frame] * to_one_moment(lamp, every, time_s, self.scheme.light_weights)
+        bright = self.values[frame]
+        if self.smoothed:
+            bright = bright * to_one_moment(lamp, every, time_s, self.scheme.light_weights)
         values = ImageValues.of(
             self.scheme,
             frame=frame,

@@ -47,7 +47,8 @@ def wiring_of(light: Floats, variance: Floats, scheme: Scheme, image_size: int) 
         return nothing
     pairs = rows.pairs[np.arange(len(light)) % len(rows.pairs)]
     columns = [rows.positive, rows.negative]
-    frames = np.flatnonzero((pairs == 0).all(axis=1) & np.isfinite(light[:, columns]).all(axis=1))
+    all_on = (pairs == 0).all(axis=1) & ~rows.is_ramp(np.arange(len(light)))
+    frames = np.flatnonzero(all_on & np.isfinite(light[:, columns]).all(axis=1))
     on, off = (float(light[frames, column].sum()) for column in columns)
     total = on + off
     noise = float(variance[columns].sum()) * len(frames) if variance.any() else max(total, 1.0)

@@ -1,7 +1,8 @@
 """Hadamard patterns as outer products of Walsh rows, and the orders in which to show them."""
 
+import math
 from functools import lru_cache
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,9 @@ from protocols import Integers
 Signs: TypeAlias = NDArray[np.int8]
 """Values -1 and +1."""
 
-HadamardOrder: TypeAlias = Literal["tv", "hyperbolic", "natural"]
+HadamardOrder: TypeAlias = Literal[
+    "tv", "tv-isotropic", "hyperbolic", "cake-cutting", "zig-zag", "sequency", "natural", "random"
+]
 """Name of an order; see ``hadamard_order``."""
 
 
@@ -33,35 +36,77 @@ def walsh_matrix(size: int) -> Signs:
     return rows
 
 
-def hadamard_order(size: int, order: HadamardOrder, count: int | None = None) -> Integers:
+def hadamard_order(size: int, order: HadamardOrder, count: int | None = None, seed: int = 0) -> Integers:
     """List Hadamard patterns as pairs of Walsh rows (c_i down, c_j across), in the order in which they are shown.
 
-    ``tv`` is ascending total variation, 2 m (c_i + c_j). ``hyperbolic`` is ascending (c_i + 1)(c_j + 1). ``natural`` is the order
-    of Sylvester's matrix, k = size * i + j with i and j counting its rows. Ties are broken by c_i, so that each order is unique.
+    ========================  =====================================================  ========================
+    order                     ascending                                              patterns that are alike
+    ========================  =====================================================  ========================
+    ``tv``                    total variation, the sum of both differences,          ascending c_i
+                              2 m (c_i + c_j)
+    ``tv-isotropic``          total variation, the root of the sum of their          ascending c_i
+                              squares, 2 m (c_i + c_j) - 2 (2 - sqrt 2) c_i c_j
+    ``hyperbolic``            (c_i + 1)(c_j + 1)                                     ascending c_i
+    ``cake-cutting``          number of connected regions, which is the same number  as in ``natural``
+    ``zig-zag``               c_i + c_j, along the diagonals of the square of all    to and fro in turn
+                              (c_i, c_j)
+    ``sequency``              sign changes of the pattern read line by line, those   there are none
+                              from the end of a line to the next included
+    ``natural``               row of Sylvester's matrix of m^2 rows                  there are none
+    ``random``                a permutation drawn from ``seed``                      there are none
+    ========================  =====================================================  ========================
 
     Args:
-        size: image pixels a side, a power of two.
+        size: image pixels a side (m), a power of two.
         order: name of the order.
         count: number of patterns; None for all ``size ** 2``. After the last pattern the first one follows again.
+        seed: of ``random``; the others have none.
 
     Returns:
         Numbers of sign changes c_i and c_j, ``(count, 2)``.
 
     References:
-        Yu et al., Scientific Reports 10 (2020), doi 10.1038/s41598-020-66371-5: ascending total variation.
+        ``tv``: X. Yu, R. I. Stantchev, F. Yang, E. Pickwell-MacPherson, Scientific Reports 10 (2020) 9338. Which of both norms
+        they use we could not read.
+        ``hyperbolic``: D. Dung, V. Temlyakov, T. Ullrich, "Hyperbolic Cross Approximation", Birkhauser (2018): the set of the
+        first n is a hyperbolic cross.
+        ``cake-cutting``: W.-K. Yu, Sensors 19 (2019) 4122.
+        ``zig-zag``: L. Lopez-Garcia et al., Opt. Express 30 (2022) 13714.
+        ``sequency``: J. L. Walsh, Am. J. Math. 45 (1923) 5.
+        ``natural``: J. J. Sylvester, Phil. Mag. 34 (1867) 461.
     """
-    changes = np.arange(size)
-    if order == "natural":
-        changes = _sign_changes(size)
-    down, across = (axis.ravel() for axis in np.meshgrid(changes, changes, indexing="ij"))
-    if order == "tv":
-        rank = np.lexsort((down, down + across))
-    elif order == "hyperbolic":
-        rank = np.lexsort((down, (down + 1) * (across + 1)))
-    else:
-        rank = np.arange(size * size)
+    down, across = (axis.ravel() for axis in np.meshgrid(np.arange(size), np.arange(size), indexing="ij"))
+    rank = _rank(order, down, across, seed)
     pairs = np.stack([down, across], axis=1)[rank].astype(np.int64)
     return pairs if count is None else pairs[np.arange(count) % len(pairs)]
+
+
+def _rank(order: HadamardOrder, down: Integers, across: Integers, seed: int) -> Integers:
+    """Give the permutation, ``(m m,)``, that sorts the pairs (down, across), which come in lines of ascending numbers."""
+    size = math.isqrt(len(down))
+    regions, diagonal = (down + 1) * (across + 1), down + across
+    sylvester = np.argsort(_sign_changes(size))  # row of Sylvester's matrix with c sign changes, for each c
+    natural = size * sylvester[down] + sylvester[across]
+    keys: tuple[NDArray[Any], ...]
+    if order == "tv":
+        keys = (down, diagonal)
+    elif order == "tv-isotropic":
+        variation = size * diagonal - (2 - np.sqrt(2)) * down * across
+        keys = (down, variation.round(6))
+    elif order == "hyperbolic":
+        keys = (down, regions)
+    elif order == "cake-cutting":
+        keys = (natural, regions)
+    elif order == "zig-zag":
+        keys = (np.where(diagonal % 2, down, across), diagonal)
+    elif order == "sequency":
+        between_lines = np.where(across % 2, size - 1 - down, down)
+        keys = (size * across + between_lines,)
+    elif order == "natural":
+        keys = (natural,)
+    else:
+        return np.random.default_rng(seed).permutation(size * size).astype(np.int64)
+    return np.lexsort(keys).astype(np.int64)
 
 
 def hadamard_signs(size: int, pairs: Integers) -> Signs:

@@ -104,8 +104,9 @@ def reconstruct(
         method: ``tv`` is least total variation with the edges found reweighted. ``tv-fourier`` uses the Fourier values too, whose
             dithering depends on the object's shape: it helps where the noise is weak, and takes three times as long.
             ``tv-bregman`` takes a Bregman step instead of reweighting. ``tv-al`` is TVAL3's model with its default weights, for
-            comparison. ``dgi`` is differential ghost imaging. ``conventional`` is the inverse Hadamard transform, which ignores
-            the motion. ``docs/decisions/0008-edge-reweighted-tv.md`` compares them.
+            comparison. ``pseudo-inverse`` is least squares without any smoothing. ``dgi`` is differential ghost imaging.
+            ``conventional`` is the inverse Hadamard transform, which ignores the motion.
+            ``docs/decisions/0008-edge-reweighted-tv.md`` compares them.
         region: whether the object stays inside the field in every frame. If so, only pixels that it can occupy are solved for,
             and values are divided by the smoothed total light. If not, all pixels are, and the light is taken as steady.
         grid: image pixels that a pattern pixel has along each axis. More than 1 shows what the object's motion by fractions of a

@@ -20,7 +20,10 @@ class HadamardSettings(SchemeSettings):
     """Settings of every scheme that shows Hadamard patterns."""
 
     hadamard_order: HadamardOrder = "tv"
-    """In which order Hadamard patterns are taken: ascending c_i + c_j, ascending (c_i + 1)(c_j + 1), or Sylvester's."""
+    """In which order Hadamard patterns are taken; see ``patterns.hadamard_order``."""
+
+    order_seed: int = Field(default=0, ge=0)
+    """Seed of the order ``random``; the others have none."""
 
     shuffle_seed: int | None = Field(default=None, ge=0)
     """Shuffle the chosen Hadamard patterns in time by this seed: better early images. None keeps the order."""
@@ -41,13 +44,27 @@ class DitheredSettings(SchemeSettings):
             )
 
 
-def hadamard_rows(plan: Plan, settings: HadamardSettings, columns: Sequence[Column]) -> ImageRows:
-    """List the Hadamard pattern of each frame, in time order, and the columns of H+ and H-."""
+def hadamard_rows(plan: Plan, settings: HadamardSettings, columns: Sequence[Column], ramp_frames: int = 0) -> ImageRows:
+    """List the Hadamard pattern of each frame, in time order, and the columns of H+ and H-.
+
+    Args:
+        plan: the run.
+        settings: order of the patterns.
+        columns: all patterns of a frame.
+        ramp_frames: frames at the start, and again after each m^2 frames, that show a ramp in the place of H+; the Hadamard
+            patterns begin after them.
+    """
     positive, negative = (
         next(k for k, column in enumerate(columns) if (column.role, column.sign) == ("hadamard", sign))
         for sign in (1, -1)
     )
-    return ImageRows(_frame_pairs(plan, settings), positive, negative)
+    of_cycle = np.arange(plan.frames) % plan.image_size**2
+    chosen = _chosen(plan, settings, max(1, len(np.unique(of_cycle)) - ramp_frames))
+    pairs = chosen[(of_cycle - ramp_frames) % len(chosen)]
+    if not ramp_frames:
+        return ImageRows(pairs, positive, negative)
+    ramps = np.asarray(of_cycle < ramp_frames, np.bool_)
+    return ImageRows(np.where(ramps[:, None], 0, pairs), positive, negative, ramps)
 
 
 def pair_light(columns: Sequence[Column]) -> Floats:
@@ -55,15 +72,17 @@ def pair_light(columns: Sequence[Column]) -> Floats:
     return np.array([1.0 if column.role == "hadamard" else 0.0 for column in columns])
 
 
-def _frame_pairs(plan: Plan, settings: HadamardSettings) -> Integers:
-    """``(frames, 2)``: Walsh rows (c_i down, c_j across) of each frame's Hadamard pattern, in time order."""
-    chosen = hadamard_order(plan.image_size, settings.hadamard_order, min(plan.frames, plan.image_size**2))
+def _chosen(plan: Plan, settings: HadamardSettings, count: int) -> Integers:
+    """``(count, 2)``: Walsh rows (c_i down, c_j across) of the Hadamard patterns that are shown, in time order."""
+    chosen = hadamard_order(plan.image_size, settings.hadamard_order, count, settings.order_seed)
     if settings.shuffle_seed is not None:
         chosen = np.random.default_rng(settings.shuffle_seed).permutation(chosen)
-    return chosen[np.arange(plan.frames) % len(chosen)]
+    return chosen
 
 
-def sequence_of(plan: Plan, fixed: Bytes, pairs: Integers | None, **mirrors: Any) -> PatternSequence:
+def sequence_of(
+    plan: Plan, fixed: Bytes, pairs: Integers | None, ramps: Bytes | None = None, **mirrors: Any
+) -> PatternSequence:
     """Planes and play order of frames that show the fixed patterns, then H+ and H- of their Hadamard pattern.
 
     Planes: the fixed patterns, then H+ and H- of each different Hadamard pattern. The complement of the all-one Hadamard
@@ -73,6 +92,8 @@ def sequence_of(plan: Plan, fixed: Bytes, pairs: Integers | None, **mirrors: Any
         plan: the run.
         fixed: ``(n, samples, samples)`` of 0 and 1, shown in every frame; n may be 0.
         pairs: ``(frames, 2)`` of ``ImageRows``; None where no Hadamard patterns are shown.
+        ramps: ``(n, samples, samples)`` of 0 and 1, each shown with its complement in the place of the pair of one of the first
+            frames, and again after each m^2 frames; None for none.
         mirrors: ``columns`` and ``rows`` of the modulator.
 
     Raises:
@@ -86,6 +107,10 @@ def sequence_of(plan: Plan, fixed: Bytes, pairs: Integers | None, **mirrors: Any
         signs = hadamard_signs(size, unique[first : first + _HADAMARDS_AT_ONCE])
         lit = np.stack([signs > 0, signs < 0], axis=1).reshape(-1, size, size)
         packed.append(np.packbits(lit.repeat(finer, 1).repeat(finer, 2), axis=-1))
+    if ramps is not None:  # in the place of the all-on patterns that stand for them among the pairs
+        shown = ramps[: len(unique)]
+        both = np.packbits(np.stack([shown, 1 - shown], axis=1).reshape(-1, samples, samples), axis=-1)
+        packed = [packed[0], both, np.concatenate(packed[1:])[len(both) :]]
     planes = np.concatenate(packed)
     dark = np.flatnonzero(~planes.any(axis=(1, 2)))
     if not len(dark):

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from instrument.schemes.columns import Axis, Column, Role
+from instrument.schemes.ramps import Ramps
 from protocols import Floats, Integers
 
 Signals: TypeAlias = NDArray[np.complex128]
@@ -43,6 +44,9 @@ class PositionReading:
 
     period_px: float | None
     """Displacement after which a two-part signal repeats; None where the signal is the position in px."""
+
+    ramps: Ramps | None = None
+    """Ramps of the first frames, which give the absolute position; None where there are none."""
 
     @cached_property
     def weights(self) -> Floats:
@@ -111,15 +115,18 @@ def fourier_reading(columns: Sequence[Column], period_px: float) -> PositionRead
 
 
 def moment_reading(columns: Sequence[Column], size: int) -> PositionReading:
-    """Read the moment patterns of a frame, one an axis, as ``patterns.ramp`` makes them: grey (u + 1/2) / size at pixel u.
+    """Read the moment patterns of a frame, as ``patterns.ramp`` makes them: grey (u + 1/2) / size at pixel u.
+
+    There is one an axis, or one and its complement, whose column has the sign -1.
 
     Args:
         columns: all patterns of the frame.
         size: pixels a side of the field.
     """
     number, after = _along_axes(columns, "moment")
-    base, response = np.full(number.shape, 0.5 / size), np.full((*number.shape, 1), 1 / size)
-    return PositionReading(number, base, response, after, period_px=None)
+    sign = np.array([[columns[int(k)].sign for k in axis] for axis in number], np.float64)
+    base = np.where(sign > 0, 0.5 / size, 1 - 0.5 / size)
+    return PositionReading(number, base, sign[..., None] / size, after, period_px=None)
 
 
 def _along_axes(columns: Sequence[Column], role: Role) -> tuple[Integers, Floats]:

@@ -7,9 +7,11 @@ the scheme's ``position`` or ``image_rows``; a scheme may lack either of them.
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
+import numpy as np
+
 from instrument.schemes.columns import Column
 from instrument.schemes.reading import PositionReading
-from protocols import Bytes, Floats, InputError, Integers, PatternSequence
+from protocols import Bytes, Floats, InputError, Integers, Mask, PatternSequence
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +26,26 @@ class ImageRows:
 
     negative: int
     """Column of H-."""
+
+    ramps: Mask | None = None
+    """``(frames,)``: whether a frame shows a ramp and its complement in the place of a pair, of which the sum alone says
+    something of the image: that of the all-on pattern, pair (0, 0). None for never."""
+
+    def is_ramp(self, frame: Integers) -> Mask:
+        """Give whether some frames, ``(n,)``, show a ramp and its complement."""
+        if self.ramps is None:
+            return np.zeros(len(frame), np.bool_)
+        return np.asarray(self.ramps[frame % len(self.ramps)], np.bool_)
+
+    def as_pairs(self, values: Floats, frame: Integers) -> Floats:
+        """Give the values of some frames, ``(n, patterns_per_frame)``, as those of Hadamard pairs: all on and dark for a ramp."""
+        ramp = self.is_ramp(frame)
+        if not ramp.any():
+            return values
+        pairs = values.copy()
+        pairs[ramp, self.positive] += values[ramp, self.negative]
+        pairs[ramp, self.negative] = 0.0
+        return pairs
 
 
 @runtime_checkable

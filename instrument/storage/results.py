@@ -20,6 +20,8 @@ def write_analysis(
     displacement_px: Floats | None,
     image: Floats | None,
     sigma_px: Floats | None = None,
+    start_px: Floats | None = None,
+    start_sigma_px: Floats | None = None,
     still: Floats | None = None,
     table: Mapping[str, Any] | None = None,
     settings: Mapping[str, Any] | None = None,
@@ -37,6 +39,8 @@ def write_analysis(
         image: ``(rows, columns)`` the reconstructed image at frame 0, row = y (down), column = x; None where the scheme only
             tracks. It covers the whole field, whatever the number of its pixels.
         sigma_px: ``(frames, 2)`` standard uncertainty of ``displacement_px``.
+        start_px: ``(2,)`` x, y of the object's centroid at frame 0, in px of the field; None where it was not measured.
+        start_sigma_px: ``(2,)`` its standard uncertainty.
         still: ``(rows, columns)`` image of what stands still, likewise; None where none was found.
         table: figures to print, by name; stored as JSON.
         settings: how the analysis was done; stored as JSON.
@@ -71,6 +75,10 @@ def write_analysis(
             track.add("displacement_px", displacement_px, units="px", long_name="x, y relative to frame 0")
             if sigma_px is not None:
                 track.add("sigma_px", sigma_px, units="px")
+            if start_px is not None:
+                track.add("start_px", start_px, units="px", long_name="x, y of the centroid at frame 0 in the field")
+            if start_sigma_px is not None:
+                track.add("start_sigma_px", start_sigma_px, units="px")
         if image is not None:
             picture = analysis.group("image", "NXdata", signal="image", axes=["y_px", "x_px"])
             picture.add("image", image, long_name="image at frame 0")

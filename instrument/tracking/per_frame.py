@@ -1,4 +1,7 @@
-"""The tracker of the paper, which gives each frame's own position.
+"""The tracker as published, which gives each frame's own position.
+
+It is the paper's processing and nothing else: the values of each frame over its own total light (equations 8 and 9), the phase
+against the reference (equation 6), unwrapped from frame to frame, and a mean filter on the coefficients where one is asked for.
 
 References:
     Li et al., "Single-pixel imaging of a translational object", Opt. Express (2023), equations 6, 8 and 9.
@@ -34,7 +37,7 @@ def track_per_frame(measurement: Measurement, *, reference_frames: int = 1, mean
             expected="1 or more",
             remedy="take 1, or as many as the object rested",
         )
-    found = measurement.observe(steady=False)
+    found = measurement.observe(steady=False, as_measured=True)
     valid, signal, reading = found.valid, found.signal, found.reading
     if not valid[:reference_frames].any():
         raise InputError(

@@ -6,6 +6,7 @@ from instrument.choices import TrackingMethod
 from instrument.measurement import Measurement, first_light
 from instrument.recording import Recording
 from instrument.tracking.per_frame import track_per_frame
+from instrument.tracking.start import with_start
 from instrument.tracking.trajectory import Trajectory
 from instrument.tracking.whole_run import track_smooth
 from protocols import InputError
@@ -20,14 +21,14 @@ def track(
 ) -> Trajectory:
     """Find the object's displacement in every frame.
 
-    The light of a background that stands still is taken off as the centre of the coefficients' circle, where the object moves
-    far enough for that, and so is the light of the picture before that mirrors in transition let through
-    (``measurement.first_light``). A background that was recorded is subtracted beforehand:
-    ``track(recording.minus(background))``.
+    ``smooth`` takes off the light of a background that stands still as the centre of the coefficients' circle, where the object
+    moves far enough for that, and the light of the picture before that mirrors in transition let through
+    (``measurement.first_light``). ``per-frame`` is the processing that the paper published, and takes off neither.
+    A background that was recorded is subtracted beforehand: ``track(recording.minus(background))``.
 
     Args:
         recording: recording of a scheme that tracks.
-        method: ``smooth`` fits one path to all frames together; ``per-frame`` takes each frame by itself, as in the paper.
+        method: ``smooth`` fits one path to all frames together; ``per-frame`` takes each frame by itself, as published.
         reference_frames: for ``per-frame`` only, the number of frames at rest at the start that make the reference; None for 1.
         mean_filter: for ``per-frame`` only, the number of neighbouring signals that are averaged (5 in the paper); None for 1.
 
@@ -37,7 +38,8 @@ def track(
     given = {"reference_frames": reference_frames, "mean_filter": mean_filter}
     settings = {name: value for name, value in given.items() if value is not None}
     if method == "per-frame":
-        return track_per_frame(first_light(recording), **settings)
+        measurement = Measurement.of(recording)
+        return with_start(measurement, track_per_frame(measurement, **settings))
     if method != "smooth":
         raise InputError(
             saw=f"the tracking method {method!r}",
@@ -50,4 +52,5 @@ def track(
             expected="settings of the method",
             remedy='leave it out, or ask for method="per-frame"',
         )
-    return track_smooth(first_light(recording))
+    measurement = first_light(recording)
+    return with_start(measurement, track_smooth(measurement))

@@ -31,6 +31,13 @@ class Trajectory:
     valid: Mask
     """``(frames,)``: whether the frame was measured; the displacement of the others is interpolated."""
 
+    start_px: Floats | None = None
+    """``(2,)``: x, y of the object's centroid at frame 0, in px of the field, whose first pixel has its middle at 0; None where
+    the scheme measures displacement alone."""
+
+    start_sigma_px: Floats | None = None
+    """``(2,)``: standard deviation of ``start_px``."""
+
     def __len__(self) -> int:
         """Give the number of frames."""
         return len(self.displacement_px)

@@ -43,7 +43,9 @@ def write_pictures(analysis: Analysis, folder: Path, stem: str = "") -> list[Pat
     path, image = analysis.trajectory, analysis.image
     figures = {"summary": summary_figure(analysis)}
     if image is not None:
-        figures["image"] = image_figure(image, truth_image)
+        start_px = None if path is None else path.start_px
+        centroid = None if start_px is None else (start_px, recording.plan.image_size)
+        figures["image"] = image_figure(image, truth_image, centroid=centroid)
     if analysis.reconstruction is not None and analysis.reconstruction.still is not None:
         figures["background"] = image_figure(analysis.reconstruction.still, None, "what stands still")
     if path is not None:

@@ -44,6 +44,19 @@ def draw_image(axes: Axes, image: Floats, title: str, *, vmax: float | None = No
     axes.set_yticks([])
 
 
+def mark_centroid(axes: Axes, start_px: Floats, size: int, pixels: int) -> None:
+    """Mark the object's centroid by a cross.
+
+    Args:
+        axes: where an image is drawn.
+        start_px: ``(2,)`` x and y, in px of the field.
+        size: px a side of the field.
+        pixels: pixels a side of the image that is drawn.
+    """
+    x, y = ((start_px + 0.5) * (pixels / size) - 0.5).tolist()
+    axes.plot([x], [y], marker="+", markersize=12, markeredgewidth=1.5, color=Y_COLOUR, linestyle="none")
+
+
 def draw_trajectory(axes: Axes, time_s: Floats, displacement_px: Floats, truth_px: Floats | None) -> None:
     """Draw displacement over time, the truth as a dashed line over it."""
     # The second line is thinner, so that both are seen where x and y are the same.
@@ -58,18 +71,26 @@ def draw_trajectory(axes: Axes, time_s: Floats, displacement_px: Floats, truth_p
     axes.legend(loc="best", frameon=False)
 
 
-def image_figure(image: Floats, truth: Floats | None, title: str = "reconstructed, at frame 0") -> Figure:
+def image_figure(
+    image: Floats,
+    truth: Floats | None,
+    title: str = "reconstructed, at frame 0",
+    centroid: tuple[Floats, int] | None = None,
+) -> Figure:
     """Show a reconstructed image, beside the truth where it is known.
 
     Args:
         image: ``(m, m)``, row = y down.
         truth: ``(m, m)`` true image; None where it is unknown.
         title: what the image is.
+        centroid: ``(2,)`` x and y of the object's centroid in px of the field, and px a side of the field, to mark it.
     """
     panels = 1 if truth is None else 2
     figure = new_figure(4.2 * panels, 4.4)
     axes = figure.subplots(1, panels, squeeze=False)[0]
     draw_image(axes[0], image, title)
+    if centroid is not None:
+        mark_centroid(axes[0], *centroid, len(image))
     if truth is not None:
         draw_image(axes[1], truth, "truth")
     return figure

@@ -5,7 +5,7 @@
 from matplotlib.figure import Figure
 
 from instrument.analysis import Analysis
-from instrument.views.plots import draw_image, draw_trajectory, new_figure
+from instrument.views.plots import draw_image, draw_trajectory, mark_centroid, new_figure
 from protocols import Floats
 
 
@@ -29,7 +29,10 @@ def summary_figure(analysis: Analysis) -> Figure:
     figure = new_figure(3.9 * max(2, len(images)), 3.7 * rows)
     grid = figure.add_gridspec(rows, max(1, len(images)))
     for column, (image, title) in enumerate(images):
-        draw_image(figure.add_subplot(grid[0, column]), image, title)
+        axes = figure.add_subplot(grid[0, column])
+        draw_image(axes, image, title)
+        if image is analysis.image and path is not None and path.start_px is not None:
+            mark_centroid(axes, path.start_px, analysis.recording.plan.image_size, len(image))
     if path is not None:
         truth_px = None if truth is None else truth.displacement_px
         draw_trajectory(figure.add_subplot(grid[-1, :]), path.time_s, path.displacement_px, truth_px)

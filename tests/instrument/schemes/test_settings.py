@@ -60,7 +60,7 @@ def test_a_key_of_another_scheme_is_unknown(tmp_path: Path, scheme: str, key: st
         (
             "hadamard",
             'hadamard_order = "TV"',
-            "scheme.hadamard_order: saw \"TV\"; expected 'tv', 'hyperbolic' or 'natural'",
+            "scheme.hadamard_order: saw \"TV\"; expected 'tv', 'tv-isotropic', 'hyperbolic', ",
         ),
         ("hadamard", "shuffle_seed = -1", "scheme.shuffle_seed: saw -1; expected greater than or equal to 0"),
         ("fourier-3step", "fourier_cycles = 64", "scheme.fourier_cycles: saw 64; expected another value"),
