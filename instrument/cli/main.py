@@ -8,7 +8,7 @@ from typing import Annotated, Any, Final
 import typer
 from typer.core import TyperGroup
 
-from instrument.cli import acquire, analyse, calibrate, check, demo, drivers, info, recover
+from instrument.cli import acquire, analyse, calibrate, calibrate_displacement, check, demo, drivers, info, recover
 from instrument.cli.interrupts import Interrupts
 
 INTERRUPTED: Final = 130
@@ -54,6 +54,7 @@ app.command("analyse")(analyse.analyse_file)
 app.command("check")(check.check)
 app.command("info")(info.info)
 app.command("recover")(recover.recover_file)
+calibrate.app.command("displacement")(calibrate_displacement.displacement)
 app.add_typer(calibrate.app, name="calibrate")
 app.add_typer(drivers.app, name="drivers")
 
