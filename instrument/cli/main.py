@@ -8,7 +8,19 @@ from typing import Annotated, Any, Final
 import typer
 from typer.core import TyperGroup
 
-from instrument.cli import acquire, analyse, check, demo, drivers, info, init, recover, schema
+from instrument.cli import (
+    acquire,
+    analyse,
+    calibrate,
+    calibrate_displacement,
+    check,
+    demo,
+    drivers,
+    info,
+    init,
+    recover,
+    schema,
+)
 from instrument.cli.interrupts import Interrupts
 
 INTERRUPTED: Final = 130
@@ -56,6 +68,8 @@ app.command("info")(info.info)
 app.command("recover")(recover.recover_file)
 app.command("init")(init.init)
 app.command("schema")(schema.schema)
+calibrate.app.command("displacement")(calibrate_displacement.displacement)
+app.add_typer(calibrate.app, name="calibrate")
 app.add_typer(drivers.app, name="drivers")
 
 

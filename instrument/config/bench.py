@@ -4,10 +4,11 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Generic, Literal, TypeAlias, TypeVar
+from typing import Annotated, Any, Final, Generic, Literal, TypeAlias, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
+from instrument.config.calibration_file import Calibration, read_calibration
 from instrument.config.check import validate_table
 from instrument.config.discovery import (
     InstalledPlugin,
@@ -54,9 +55,6 @@ class StageTable(DeviceTable):
     on_abort: OnAbort = "stop"
     """What the stage does when a run is broken off."""
 
-    px_per_mm: Annotated[float, Field(gt=0, le=1e6)] | None = None
-    """Image pixels a millimetre of travel, where it was measured: lets plans be checked for displacement a frame."""
-
 
 class SceneTable(AnyTable):
     """``[scene]``: all keys but ``kind`` belong to the scene's settings."""
@@ -75,13 +73,29 @@ def table_of(role: Role[Any]) -> type[DeviceTable]:
 
 
 def whole_file() -> type[Frozen]:
-    """bench.toml as it is written, before any plug-in is asked: a table for each role, and the scene."""
+    """bench.toml as it is written, before any plug-in is asked: a table for each role, and what else a bench has."""
     fields: dict[str, Any] = {
         role.name: (table_of(role), ...) if role.needed else (table_of(role) | None, None) for role in ROLES
     }
     return create_model(
-        "BenchTables", __base__=Frozen, **fields, scene=(SceneTable | None, None), light=(LightTable, NOTHING_KNOWN)
+        "BenchTables",
+        __base__=Frozen,
+        **fields,
+        scene=(Annotated[SceneTable | None, Field(description="What stands before simulated devices.")], None),
+        light=(
+            Annotated[LightTable, Field(description="What is known of how the bench differs from an ideal one.")],
+            NOTHING_KNOWN,
+        ),
+        calibration=(Annotated[_FileName | None, Field(description=_CALIBRATION)], None),
+        magnification=(Annotated[str, Field(max_length=200, description=_MAGNIFICATION)], ""),
     )
+
+
+_FileName: TypeAlias = Annotated[str, Field(min_length=1, max_length=1024)]
+
+_CALIBRATION: Final = "Calibration file of this bench, as `kinopix calibrate` writes it, relative to bench.toml."
+
+_MAGNIFICATION: Final = "Name of the optics between object and modulator: a calibration holds for one magnification."
 
 
 PluginT = TypeVar("PluginT", bound=Plugin)
@@ -131,8 +145,14 @@ class BenchConfig:
     on_abort: OnAbort = "stop"
     """What the stage does when a run is broken off."""
 
-    px_per_mm: float | None = None
-    """Image pixels a millimetre of stage travel, where it was measured."""
+    calibration: Calibration | None = None
+    """What was measured of the bench, where bench.toml names a calibration file."""
+
+    calibration_path: Path | None = None
+    """That file."""
+
+    magnification: str = ""
+    """Name of the optics between object and modulator; a calibration holds for one of them."""
 
     scene: Resolved[ScenePlugin[Any]] | None = None
     """The simulated bench; None where all devices are real."""
@@ -148,20 +168,26 @@ class BenchConfig:
     def as_json(self) -> str:
         """The bench as a recording stores it: plug-ins with distribution, version and settings, defaults written out."""
         bench: dict[str, Any] = {name: device.as_dict() for name, device in self.devices.items()}
-        bench["stage"] |= {"on_abort": self.on_abort, "px_per_mm": self.px_per_mm}
+        bench["stage"] |= {"on_abort": self.on_abort}
         bench["scene"] = self.scene.as_dict() if self.scene else None
         bench["light"] = self.light.model_dump(mode="json", exclude_none=True)
+        bench["magnification"] = self.magnification
+        bench["calibration"] = self.calibration.model_dump(mode="json") if self.calibration else None
         return json.dumps(bench, indent=2)
 
 
-def load_bench(path: str | Path) -> BenchConfig:
-    """Read bench.toml and find its plug-ins. Opens no device.
+def load_bench(path: str | Path, *, calibrated: bool = True) -> BenchConfig:
+    """Read bench.toml, the calibration file that it names, and find its plug-ins. Opens no device.
+
+    Args:
+        path: of bench.toml.
+        calibrated: whether the calibration file is read; not for a bench that is to be calibrated, which may have none yet.
 
     Raises:
         ConfigError: every mistake in the file at once: in its tables, in plug-ins that are missing or broken, in their
-            settings.
+            settings; or those in the calibration file.
     """
-    return _checked(read_document(path_of(path)))
+    return _checked(read_document(path_of(path)), calibrated=calibrated)
 
 
 def bench_of_tables(tables: Mapping[str, Any], title: str) -> BenchConfig:
@@ -177,7 +203,7 @@ def bench_of_tables(tables: Mapping[str, Any], title: str) -> BenchConfig:
     return _checked(Document(path=Path(title), values=dict(tables), lines={}))
 
 
-def _checked(document: Document) -> BenchConfig:
+def _checked(document: Document, *, calibrated: bool = True) -> BenchConfig:
     _, problems = validate_table(whole_file(), document.values, document)
     search = _Search(document, problems)
     found: dict[RoleName, ResolvedDevice | None] = {
@@ -189,7 +215,18 @@ def _checked(document: Document) -> BenchConfig:
     if problems or stage is None or len(devices) < len(found):
         raise ConfigError(document.path, problems)
     light = search.table("light", LightTable) if "light" in document.values else None
-    return BenchConfig(document.path, devices, stage.on_abort, stage.px_per_mm, scene, light or NOTHING_KNOWN)
+    named: str | None = document.values.get("calibration")
+    path = None if named is None else document.path.parent / path_of(named)
+    return BenchConfig(
+        path=document.path,
+        devices=devices,
+        on_abort=stage.on_abort,
+        calibration=read_calibration(path) if path is not None and calibrated else None,
+        calibration_path=path,
+        magnification=document.values.get("magnification", ""),
+        scene=scene,
+        light=light or NOTHING_KNOWN,
+    )
 
 
 TableT = TypeVar("TableT", bound=BaseModel)
@@ -212,8 +249,21 @@ class _Search:
         if installed is None:
             return None
         driver = installed.load_driver()
+        if kind == "stage" and "px_per_mm" in (table.model_extra or {}):
+            table = self.without_scale(table)
         settings = self.settings(driver.settings, table, (kind,), tuple(model.model_fields))
         return None if settings is None else Resolved(installed, driver, settings, transport)
+
+    def without_scale(self, table: DeviceTable) -> DeviceTable:
+        """Refuse the scale that once stood here, and give the table without it."""
+        self.report(
+            ("stage", "px_per_mm"),
+            "the image scale, which is no setting of the stage",
+            'calibration = "calibration.toml" above all tables: a calibration says for which pixels a scale holds',
+            "make it with `kinopix calibrate displacement`",
+        )
+        values = {**table.model_dump(), **(table.model_extra or {})}
+        return type(table).model_validate({key: value for key, value in values.items() if key != "px_per_mm"})
 
     def transport(self, kind: str, table: DeviceTable) -> Resolved[TransportPlugin[Any]] | None:
         where: KeyPath = (kind, "emulator")

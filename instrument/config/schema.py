@@ -95,7 +95,6 @@ def bench_schema() -> JsonSchema:
     kind: JsonSchema = {"properties": {"kind": {"default": "optical-bench"}}, "required": []}
     choices = [_joined(kind, of_model[model], definitions, name, "kind") for name, model in scenes.items()]
     properties["scene"] = {"description": "What stands before simulated devices.", "anyOf": choices}
-    properties["light"]["description"] = "What is known of how the bench differs from an ideal one."
     return _finished("bench.toml of Kinopix", whole, definitions)
 
 

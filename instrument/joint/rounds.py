@@ -11,7 +11,7 @@ from instrument.joint.light_fit import fit_light
 from instrument.joint.prediction import Predictor
 from instrument.numerics import Smooth, TvState, smooth, total_variation
 from instrument.reconstruction import METHODS
-from instrument.tracking import Trajectory
+from instrument.tracking import PathCovariance, Trajectory
 from protocols import Floats, Integers
 
 USUAL: Final = METHODS["tv"].strength or 0.0
@@ -130,7 +130,11 @@ def _gauss_newton_step(evidence: Evidence, frame: Integers, last: Trajectory) ->
             inflation.append(1 + (1 - share) * (_slow_step_ratio(evidence.hadamard, axis) - 1))
     place_px = np.stack([fit.values for fit in fits], axis=1)
     variance_px2 = np.stack([fit.variance_to_first for fit in fits], axis=1) * np.array(inflation)
-    return replace(last, displacement_px=place_px - place_px[0], sigma_px=np.sqrt(variance_px2), method="joint")
+    sigma_px = np.sqrt(variance_px2)
+    covariance = PathCovariance.of(fits, sigma_px)
+    return replace(
+        last, displacement_px=place_px - place_px[0], sigma_px=sigma_px, method="joint", covariance=covariance
+    )
 
 
 def _slow_error_ratio(amplitude: Floats) -> float:

@@ -1,5 +1,6 @@
 """The function that finds a trajectory in a recording."""
 
+from dataclasses import replace
 from typing import get_args
 
 from instrument.choices import TrackingMethod
@@ -39,7 +40,7 @@ def track(
     settings = {name: value for name, value in given.items() if value is not None}
     if method == "per-frame":
         measurement = Measurement.of(recording)
-        return with_start(measurement, track_per_frame(measurement, **settings))
+        return _scaled(with_start(measurement, track_per_frame(measurement, **settings)), recording)
     if method != "smooth":
         raise InputError(
             saw=f"the tracking method {method!r}",
@@ -53,4 +54,10 @@ def track(
             remedy='leave it out, or ask for method="per-frame"',
         )
     measurement = first_light(recording)
-    return with_start(measurement, track_smooth(measurement))
+    return _scaled(with_start(measurement, track_smooth(measurement)), recording)
+
+
+def _scaled(trajectory: Trajectory, recording: Recording | Measurement) -> Trajectory:
+    """Give a path the scale of the bench that it was recorded on, where a recording tells it."""
+    known = recording.calibration if isinstance(recording, Recording) else None
+    return trajectory if known is None else replace(trajectory, scale=known.displacement)

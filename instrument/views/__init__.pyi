@@ -1,3 +1,6 @@
+from .calibration_table import displacement_figures as displacement_figures
+from .calibration_table import displacement_rows as displacement_rows
+from .calibration_table import displacement_table as displacement_table
 from .live import LiveView as LiveView
 from .pictures import picture_folder as picture_folder
 from .pictures import write_pictures as write_pictures
@@ -24,6 +27,9 @@ __all__ = [
     "OUT",
     "LiveView",
     "check_table",
+    "displacement_figures",
+    "displacement_rows",
+    "displacement_table",
     "error_figure",
     "figures_table",
     "image_figure",

@@ -62,7 +62,8 @@ def test_all_mistakes_are_told_at_once_with_line_and_suggestion(path: Path) -> N
     ]
     assert [problem.split("expected ")[1] for problem in (found[0], found[5])] == ["a whole number", "greater than 0"]
     assert "(did you mean image_size?)" in found[1]
-    assert "expected 'tv', 'hyperbolic' or 'natural' (did you mean 'tv'?)" in found[2]
+    assert "expected 'tv', 'tv-isotropic', " in found[2]
+    assert "'natural' or 'random' (did you mean 'tv'?)" in found[2]
     assert "(is velocity_um_s meant to be velocity_mm_s?)" in found[3]
     assert "(did you mean velocity_mm_s, in mm/s? Convert the value from um/s)" in found[4]
 
