@@ -81,17 +81,18 @@ def whole_file() -> type[Frozen]:
         "BenchTables",
         __base__=Frozen,
         **fields,
-        scene=(Annotated[SceneTable | None, Field(description="What stands before simulated devices.")], None),
-        light=(
-            Annotated[LightTable, Field(description="What is known of how the bench differs from an ideal one.")],
-            NOTHING_KNOWN,
-        ),
+        scene=(Annotated[SceneTable | None, Field(description=_SCENE)], None),
+        light=(Annotated[LightTable, Field(description=_LIGHT)], NOTHING_KNOWN),
         calibration=(Annotated[_FileName | None, Field(description=_CALIBRATION)], None),
         magnification=(Annotated[str, Field(max_length=200, description=_MAGNIFICATION)], ""),
     )
 
 
 _FileName: TypeAlias = Annotated[str, Field(min_length=1, max_length=1024)]
+
+_SCENE: Final = "What stands before simulated devices."
+
+_LIGHT: Final = "What is known of how the bench differs from an ideal one."
 
 _CALIBRATION: Final = "Calibration file of this bench, as `kinopix calibrate` writes it, relative to bench.toml."
 
