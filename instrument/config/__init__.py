@@ -14,7 +14,7 @@ from instrument.config.discovery import (
 )
 from instrument.config.document import read_document
 from instrument.config.errors import ConfigError, Problem
-from instrument.config.light_table import NOTHING_KNOWN, DeadTimeKind, LightTable
+from instrument.config.light_table import NOTHING_KNOWN, DeadTimeKind, Grid, LightTable, Stated, StatedProfile
 from instrument.config.scheme_table import (
     DEFAULT_SCHEME,
     SchemePlugin,
@@ -30,6 +30,7 @@ __all__ = [
     "BenchConfig",
     "ConfigError",
     "DeadTimeKind",
+    "Grid",
     "InstalledPlugin",
     "LightTable",
     "OnAbort",
@@ -42,6 +43,8 @@ __all__ = [
     "ResolvedDevice",
     "SchemePlugin",
     "SchemeSettings",
+    "Stated",
+    "StatedProfile",
     "bench_of_tables",
     "find_plugin",
     "installed_plugins",
