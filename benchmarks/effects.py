@@ -18,12 +18,16 @@ import numpy as np
 
 from benchmarks.scenes import FRAMES, RUN_S, SIZE, Path2D, arc
 from instrument import Plan, Recording, analyse, simulate
+from instrument.config import NOTHING_KNOWN, Grid, LightTable
 from instrument.joint import refine
 from instrument.measurement import Measurement
 from instrument.numerics import displacement_mse, psnr
 from instrument.tracking import track
 from protocols import Floats
 from sim_backends.bench.objects import BUILT_INS
+
+_FALLOFF: Final = 0.35
+"""Share of the light that is missing in the corners of a field that is not evenly lit."""
 
 _FINER: Final = 8
 """Cells that a pixel has along each axis where an object is drawn between pixels."""
@@ -61,6 +65,13 @@ def straight(travel_px: float) -> Path2D:
     return path
 
 
+def falling(share: float) -> Grid:
+    """Give the brightness of a field that is darker by a share in its corners, at 5 x 5 points."""
+    squared = np.linspace(-1, 1, 5) ** 2
+    rows: list[list[float]] = (1 - share * (squared[:, None] + squared) / 2).tolist()
+    return tuple(tuple(row) for row in rows)
+
+
 @dataclass(frozen=True)
 class Effect:
     """One line of the table."""
@@ -73,6 +84,8 @@ class Effect:
     """Light of the object over that of the letters I and T beside it; 0 for no background."""
     path: Path2D = arc
     name: str = "letter-B"
+    light: LightTable = NOTHING_KNOWN
+    """What the analysis is told."""
 
     def run(self, seed: int, folder: Path) -> tuple[Recording, Floats, Floats | None]:
         """Record it: recording, drawing of the object, and background at the patterns' resolution."""
@@ -94,7 +107,8 @@ class Effect:
             np.save(folder / "background.npy", letters * min(level, 1.0))
             scene |= {"background": str(folder / "background.npy"), "background_level": max(level, 1.0)}
             still = at(letters, SIZE) * level
-        return simulate(Plan(frames=FRAMES, image_size=SIZE), scene, path=self.path), fine, still
+        recording = simulate(Plan(frames=FRAMES, image_size=SIZE), scene, path=self.path)
+        return replace(recording, light=self.light), fine, still
 
     def figures(self, seed: int) -> list[float]:
         """Figures of one seed."""
@@ -117,8 +131,8 @@ class Effect:
         assert found.reconstruction is not None  # noqa: S101
         of_still = float("nan")
         if still is not None and found.reconstruction.still is not None:
-            error = np.mean((found.reconstruction.still - still) ** 2)
-            of_still = 10 * np.log10(max(float(still.max()), 1.0) ** 2 / error)
+            squared = np.mean((found.reconstruction.still - still) ** 2)
+            of_still = 10 * np.log10(max(float(still.max()), 1.0) ** 2 / squared)
         fine_db = psnr(
             found.reconstruction.image.repeat(2 // found.reconstruction.grid, 0).repeat(
                 2 // found.reconstruction.grid, 1
@@ -157,6 +171,8 @@ EFFECTS: Final = (
     *(Effect(f"background, R {ratio:g}", background=ratio, path=straight(62)) for ratio in (8.6, 3.25, 1.6, 1.04, 0.5)),
     *(Effect(f"background, {way} px", background=1.6, path=straight(way)) for way in (40, 20, 12)),
     *(Effect(f"ideal, {way} px", path=straight(way)) for way in (62, 40, 20, 12)),
+    Effect("light falls by 35 %", {"illumination_falloff": _FALLOFF}),
+    Effect("the same, profile given", {"illumination_falloff": _FALLOFF}, light=LightTable(profile=falling(_FALLOFF))),
     Effect("photons", noise=_PHOTONS),
     Effect("photons, leak 0.04", {"mirror_transition_s": 4e-6}, _PHOTONS),
     Effect("photons, ambient 0.2", {"ambient_level": 0.2}, _PHOTONS),

@@ -137,6 +137,10 @@ def _light_rows(light: LightModel) -> dict[str, str]:
         "mirror leak": _number(light.leak, "of the picture before"),
         "edge loss": _number(light.edge_loss, "a mirror's dark side"),
     }
+    if light.profile is not None:
+        brightness = np.array(light.profile.values)
+        least = 100 * float(brightness.min() / brightness.max())
+        rows["illumination"] = f"{least:.0f} % of the brightest at the darkest place ({light.profile.source})"
     for ripple in light.ripples:
         whose = "ambient" if ripple.lamp_share < 0.5 else "lamp"
         rows[f"{ripple.frequency_hz:.0f} Hz"] = f"{100 * ripple.amplitude:.1f} % of the light ({whose}, fitted)"

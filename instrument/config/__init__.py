@@ -25,7 +25,7 @@ from instrument.config.displacement_section import Approach, CalibrationPosition
 from instrument.config.document import read_document
 from instrument.config.errors import ConfigError, Problem
 from instrument.config.keys_page import keys_page
-from instrument.config.light_table import NOTHING_KNOWN, DeadTimeKind, LightTable
+from instrument.config.light_table import NOTHING_KNOWN, DeadTimeKind, Grid, LightTable, Stated, StatedProfile
 from instrument.config.schema import bench_schema, field_docstrings, plan_schema
 from instrument.config.scheme_table import (
     DEFAULT_SCHEME,
@@ -48,6 +48,7 @@ __all__ = [
     "ConfigError",
     "DeadTimeKind",
     "DisplacementSection",
+    "Grid",
     "GridSection",
     "InstalledPlugin",
     "LightTable",
@@ -63,6 +64,8 @@ __all__ = [
     "SchemeSettings",
     "Section",
     "SectionName",
+    "Stated",
+    "StatedProfile",
     "bench_of_tables",
     "bench_schema",
     "bench_template",

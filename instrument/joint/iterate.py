@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from instrument.measurement import LightModel, Measurement
 from instrument.reconstruction import Problem
 from instrument.tracking import Trajectory
+from protocols import Singles
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +34,10 @@ class Iterate:
     def on_grid(self, grid: int) -> "Iterate":
         """Take another number of image pixels a pattern pixel."""
         return replace(self, problem=self.problem.on_grid(grid))
+
+    def seen_as(self, image: Singles, still: Singles | None) -> "Iterate":
+        """Give the values the changes of light that stem from the object's place; see ``Problem.seen_as``."""
+        return replace(self, problem=self.problem.seen_as(image, still))
 
     def along(self, trajectory: Trajectory) -> "Iterate":
         """Take another path."""

@@ -62,7 +62,7 @@ class Predictor:
     def of(cls, problem: Problem) -> Self:
         """Prepare the patterns of a problem, for any displacement."""
         fixed = problem.fixed_patterns()
-        return cls(position_of(problem.scheme), fixed, problem.fixed_borders(), fixed.all_on())
+        return cls(position_of(problem.scheme), fixed, problem.fixed_borders(), problem.all_light())
 
     def of_field(self, problem: Problem) -> "Predictor":
         """Give the predictor of the same patterns with the edge loss of another problem."""
@@ -127,8 +127,22 @@ def _predicted_variance(values: ImageValues, predicted: Floats) -> Floats:
 def _differences(problem: Problem, image: Singles) -> tuple[Floats, Floats]:
     """Give the Hadamard differences and their slopes, both patterns of a pair taken at the mean of their displacements.
 
-    With y and x the two Walsh rows of a pattern as the moved object sees them, the difference is y' image x.
+    With y and x the two Walsh rows of a pattern as the moved object sees them, the difference is y' image x. How the
+    brightness of the field changes with the displacement counts for nothing beside that.
     """
+    brightness = problem.brightness()
+    if brightness is None:
+        return _evenly_lit(problem, image)
+    difference, slopes = np.zeros(len(problem.values)), np.zeros((len(problem.values), 2))
+    for of_rows, of_pixels in zip(brightness.of_rows, brightness.of_pixels, strict=True):
+        own, own_slopes = _evenly_lit(problem, of_pixels * image)
+        difference += of_rows * own
+        slopes += of_rows[:, None] * own_slopes
+    return difference, slopes
+
+
+def _evenly_lit(problem: Problem, image: Singles) -> tuple[Floats, Floats]:
+    """Give the same in a field that is lit evenly."""
     values, region, field = problem.values, problem.region, problem.field
     x_px, y_px = ((problem.places.positive + problem.places.negative) / 2).T
 

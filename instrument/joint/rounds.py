@@ -82,6 +82,7 @@ def refined(
         misfit_given = misfit if refinements == 1 else misfit_given
         predictor = predictor.of_field(current.problem)
         still = state.images[1] if current.problem.still else None
+        current = current.seen_as(state.image, still)
         prediction = predictor.predict(current.problem, state.image, still)
         light = current.measurement.light
         offset = np.zeros(prediction.values.shape[1])

@@ -1,6 +1,6 @@
 """What the valid frames say of the image, whatever the motion: differences, values of fixed patterns, and their noise."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -115,6 +115,17 @@ class ImageValues:
     def __len__(self) -> int:
         """Give the number of rows."""
         return len(self.frame)
+
+    def times(self, factor: Floats) -> "ImageValues":
+        """Multiply the light of each row, and its noise, by a factor, ``(rows,)``."""
+        return replace(
+            self,
+            positive=self.positive * factor,
+            negative=self.negative * factor,
+            difference_variance=self.difference_variance * factor**2,
+            fixed=self.fixed * factor[:, None],
+            fixed_variance=self.fixed_variance * factor[:, None] ** 2,
+        )
 
     @property
     def difference(self) -> Floats:

@@ -4,7 +4,8 @@ from typing import Final, Literal, TypeAlias
 
 from pydantic import NonNegativeFloat
 
-from instrument.config import LightTable
+from instrument.config import Grid, LightTable, Stated, StatedProfile
+from instrument.measurement.profile import Profile
 from instrument.measurement.ripple import Ripple
 from protocols import Frozen
 
@@ -51,6 +52,9 @@ class LightModel(Frozen):
     edge_loss: Parameter = Parameter(value=0.0)
     """e: share of a lit mirror's light that is lost at each of its sides that borders a dark mirror."""
 
+    profile: Profile | None = None
+    """How bright the modulator's field is lit; None for evenly."""
+
     ripples: tuple[Ripple, ...] = ()
     """Periodic changes of lamp and ambient light, fitted to the run."""
 
@@ -61,8 +65,22 @@ class LightModel(Frozen):
     def of(cls, table: LightTable) -> "LightModel":
         """Give the light model that ``[light]`` of bench.toml states; what it does not state is assumed to be 0."""
         stated = {"leak": table.leak, "edge_loss": table.edge_loss}
-        given = {name: Parameter(value=value, source="given") for name, value in stated.items() if value is not None}
-        return cls.model_validate(given)
+        numbers = {name: _parameter(value) for name, value in stated.items() if value is not None}
+        return cls.model_validate({**numbers, "profile": None if table.profile is None else _profile(table.profile)})
+
+
+def _parameter(stated: float | Stated) -> Parameter:
+    """Give a number of the table as one of the model."""
+    if isinstance(stated, Stated):
+        return Parameter(value=stated.value, sigma=stated.sigma, source=stated.source)
+    return Parameter(value=stated, source="given")
+
+
+def _profile(stated: Grid | StatedProfile) -> Profile:
+    """Give a profile of the table as one of the model."""
+    if isinstance(stated, StatedProfile):
+        return Profile(values=stated.values, sigma=stated.sigma, source=stated.source)
+    return Profile(values=stated)
 
 
 IDEAL: Final = LightModel()

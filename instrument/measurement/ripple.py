@@ -109,19 +109,17 @@ def ripples_seen(total: Floats, amplitude: Floats | None, valid: Mask, time_s: F
 
 
 def _line(series: Floats, time_s: Floats, near_hz: float, width_hz: float) -> Ripple:
-    """Fit a cosine to a series by least squares, its frequency near a given one."""
+    """Fit a cosine beside a constant to a series by least squares, its frequency near a given one."""
 
-    def parts(frequency_hz: float) -> tuple[float, float]:
+    def fitted(frequency_hz: float) -> tuple[Floats, float]:
         angle = 2 * np.pi * frequency_hz * time_s
-        return 2 * float(series @ np.cos(angle)) / len(series), 2 * float(series @ np.sin(angle)) / len(series)
+        design = np.stack([np.cos(angle), np.sin(angle), np.ones_like(angle)], axis=1)
+        found: Floats = np.asarray(np.linalg.lstsq(design, series, rcond=None)[0], np.float64)
+        return found, float(np.mean((series - design @ found) ** 2))
 
-    def minus_power(frequency_hz: float) -> float:
-        cosine, sine = parts(frequency_hz)
-        return -(cosine**2) - sine**2
-
-    fit = minimize_scalar(minus_power, bounds=(max(near_hz - width_hz, 0.0), near_hz + width_hz), method="bounded")
-    best_hz = float(fit.x)
-    cosine, sine = parts(best_hz)
+    bounds = (max(near_hz - width_hz, 0.0), near_hz + width_hz)
+    best_hz = float(minimize_scalar(lambda hz: fitted(hz)[1], bounds=bounds, method="bounded").x)
+    cosine, sine, _ = fitted(best_hz)[0].tolist()
     return Ripple(
         frequency_hz=best_hz, amplitude=float(np.hypot(cosine, sine)), phase_rad=float(np.arctan2(sine, cosine))
     )

@@ -1,6 +1,6 @@
 """Values that fixed patterns give of an image at any displacement: correlation maps."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
 
@@ -77,10 +77,6 @@ class FixedPatterns:
             inside = bool(low.all() and (high < np.array(region.room(size)) + 1).all())
         width = int(fft.next_fast_len(field.pixels + 2 * field.grid, real=True)) if inside else 2 * field.pixels
         return cls(patterns, field, region, width)
-
-    def all_on(self) -> "FixedPatterns":
-        """Give the pattern that lets all light through, in place of these."""
-        return replace(self, patterns=np.full_like(self.patterns[:1], 1 / self.field.grid**2))
 
     @cached_property
     def _spectra(self) -> NDArray[np.complex64]:

@@ -5,11 +5,12 @@ from typing import Self
 
 import numpy as np
 
-from instrument.measurement import ImageValues, Measurement, fixed_columns
+from instrument.measurement import ImageValues, Measurement, Profile, fixed_columns
 from instrument.numerics import Layered, Operator, Stacked, Unseen, Weighted
 from instrument.reconstruction.correlation import FixedPatterns
 from instrument.reconstruction.field import Field
 from instrument.reconstruction.fourier_rows import FourierRows
+from instrument.reconstruction.lit_rows import Brightness, Lit
 from instrument.reconstruction.region import Region
 from instrument.reconstruction.shifted_hadamard import ShiftedHadamard
 from instrument.reconstruction.still_hadamard import StillHadamard
@@ -68,6 +69,13 @@ class Problem:
     still: bool = False
     """Whether light of something that stands still is unknown too: a second image, of the whole field, on the patterns' grid."""
 
+    profile: Profile | None = None
+    """How bright the field is lit; None for evenly."""
+
+    seen: Floats | None = None
+    """``(rows,)``: total light that the object lets through where it is, over its mean, by which ``values`` were multiplied; None
+    for 1. They were divided by the total light, as if all its changes stemmed from the lamp."""
+
     @classmethod
     def of(
         cls,
@@ -96,7 +104,7 @@ class Problem:
         places = Places.along(trajectory, values)
         region = Region.inside(places.every_px, values.size) if inside else Region.whole(values.size)
         field = Field(values.size, grid, measurement.edge_loss_a_side)
-        return cls(measurement.scheme, values, places, region, field, inside, still)
+        return cls(measurement.scheme, values, places, region, field, inside, still, measurement.light.profile)
 
     def moved(self, trajectory: Trajectory) -> "Problem":
         """State the same problem for another trajectory."""
@@ -105,7 +113,27 @@ class Problem:
     def remeasured(self, measurement: Measurement) -> "Problem":
         """State the same problem for the same run, corrected by another light model."""
         values = measurement.image_values(steady_object=self.steady)
+        if self.seen is not None:
+            values = values.times(self.seen)
         return replace(self, values=values, field=replace(self.field, edge_loss=measurement.edge_loss_a_side))
+
+    def seen_as(self, image: Floats | Singles, still: Floats | Singles | None) -> "Problem":
+        """Give the values their changes of light that stem from the object's place in a field that is not evenly lit.
+
+        Args:
+            image: image of the object, of the problem's region and on any grid.
+            still: ``(size, size)`` image of what stands still; None for nothing.
+        """
+        if self.profile is None or not self.steady:
+            return self
+        own = self.on_grid(image.shape[0] // self.region.height).all_light()
+        middle_px = self.places.fixed.mean(axis=1, keepdims=True)
+        light = own.values(own.maps(np.asarray(image, np.float32)), middle_px)[0][:, 0]
+        light = light + (0.0 if still is None else float(still.sum(dtype=np.float64)))
+        if not (light > 0).all():
+            return self
+        seen = light / light.mean()
+        return replace(self, values=self.values.times(seen if self.seen is None else seen / self.seen), seen=seen)
 
     def with_still(self) -> "Problem":
         """State the problem with an image of what stands still too."""
@@ -121,6 +149,9 @@ class Problem:
         operator: Operator = ShiftedHadamard.differential(
             values.pairs, places.positive, places.negative, self.field, self.region
         )
+        brightness = self.brightness()
+        if brightness is not None:
+            operator = Lit(operator, brightness)
         if self.still:
             operator = Layered((operator, StillHadamard.of(values.pairs, self.field)))
         sigma = values.difference_sigma
@@ -158,11 +189,32 @@ class Problem:
 
     def fixed_patterns(self, places_px: Floats | None = None) -> FixedPatterns:
         """Give the patterns that measure position as they act, as ``FixedPatterns.of`` prepares them."""
-        return FixedPatterns.of(self.field.acting(self._shown), self.field, self.region, places_px)
+        return FixedPatterns.of(self._lit(self.field.acting(self._shown)), self.field, self.region, places_px)
 
     def fixed_borders(self) -> FixedPatterns:
         """Give what these patterns lose of each pixel's light for an edge loss of 1, prepared likewise."""
-        return FixedPatterns.of(self.field.bordering(self._shown), self.field, self.region)
+        return FixedPatterns.of(self._lit(self.field.bordering(self._shown)), self.field, self.region)
+
+    def all_light(self) -> FixedPatterns:
+        """Give the pattern that lets all light through, prepared likewise."""
+        all_on = np.full((1, self.field.pixels, self.field.pixels), 1 / self.field.grid**2, np.float32)
+        return FixedPatterns.of(self._lit(all_on), self.field, self.region)
+
+    def brightness(self) -> Brightness | None:
+        """Give the brightness through which the object is seen in each row; None where the field is lit evenly."""
+        if self.profile is None:
+            return None
+        places_px = (self.places.positive + self.places.negative) / 2
+        return Brightness.of(self.profile.over(self.field.size), places_px, self.field, self.region)
+
+    def _lit(self, patterns: Singles) -> Singles:
+        """Give patterns, ``(n, pixels, pixels)``, in the light that falls on them."""
+        if self.profile is None:
+            return patterns
+        return np.asarray(
+            patterns * self.profile.over(self.field.size).repeat(self.field.grid, 0).repeat(self.field.grid, 1),
+            np.float32,
+        )
 
     def of_still(self, still: Floats | Singles) -> Floats:
         """``(k,)``: values that these patterns give of an image at rest, ``(size, size)`` on the patterns' grid."""

@@ -136,4 +136,7 @@ def reconstruct(
     trajectory = as_trajectory(motion, len(measurement), measurement.frame_time_s)
     problem = Problem.of(measurement, values, trajectory, inside=region, grid=grid, still=still)
     wanted = strength if strength is not None else chosen.strength or 0.0
+    if problem.profile is not None:  # its image says how much light the object lets through where it is
+        first = chosen.solve(problem, wanted)
+        problem = problem.seen_as(first.image, first.still)
     return Reconstruction.of(problem, chosen.solve(problem, wanted), method)

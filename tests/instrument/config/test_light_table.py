@@ -39,7 +39,10 @@ def test_numbers_within_bounds_are_taken(tmp_path: Path, leak: float, edge_loss:
         ("edge_loss = 1.1", "light.edge_loss: saw 1.1; expected less than or equal to 1"),
         ("edge_loss = -1", "light.edge_loss: saw -1; expected greater than or equal to 0"),
         ('edge_loss = "0.1"', 'light.edge_loss: saw "0.1"; expected a number'),
-        ("edgeloss = 0.1", "light.edgeloss: saw an unknown key; expected one of leak, edge_loss, dead_time_kind"),
+        (
+            "edgeloss = 0.1",
+            "light.edgeloss: saw an unknown key; expected one of leak, edge_loss, profile, dead_time_kind",
+        ),
         ('dead_time_kind = "paralysable"', "did you mean 'paralyzable'?"),
     ],
 )

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from instrument.measurement.ripple import Ripple, ripples_seen, without_ripples
+from instrument.measurement.ripple import Ripple, _line, ripples_seen, without_ripples
 from protocols import Floats, Mask
 
 FRAME_S = 300e-6
@@ -107,3 +107,13 @@ def test_what_the_model_adds_is_taken_out() -> None:
     arrived = arrived * (1 + lamp.at(time_s))
     np.testing.assert_allclose(without_ripples(arrived, time_s, (lamp, both), 100.0), light)
     assert without_ripples(arrived, time_s, (), 100.0) is arrived
+
+
+def test_a_line_of_eight_periods_and_a_part_beside_a_constant_is_fitted_exactly() -> None:
+    """A projection on cosine and sine would be off by some percent, as they are not at right angles to each other and to 1."""
+    time_s = np.arange(600) * 3e-4
+    series = 0.02 + 0.1 * np.cos(2 * np.pi * 47.3 * time_s - 0.4)
+    line = _line(series, time_s, 46.9, 1.4)
+    assert line.frequency_hz == pytest.approx(47.3, abs=1e-3)
+    assert line.amplitude == pytest.approx(0.1, abs=1e-5)
+    assert line.phase_rad == pytest.approx(0.4, abs=1e-3)

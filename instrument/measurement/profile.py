@@ -1,0 +1,63 @@
+"""How bright the modulator's field is lit."""
+
+from typing import Literal
+
+import numpy as np
+from pydantic import NonNegativeFloat
+from scipy.interpolate import RectBivariateSpline
+
+from protocols import Floats, Frozen
+
+_CUBIC = 3
+
+
+class Profile(Frozen):
+    """Brightness of the field, which stands still whatever the object does.
+
+    An uneven lamp before the object, the darkening of a lens towards its border, and uneven collection behind the modulator all
+    look like this: each mirror's light is multiplied by the brightness of its place.
+    """
+
+    values: tuple[tuple[float, ...], ...]
+    """Brightness at points that are evenly spaced from the field's first edge to its last, row by row from the top; two or more
+    along each axis. 1 is the brightness that an image's transmissions refer to."""
+
+    sigma: NonNegativeFloat | None = None
+    """Standard deviation of a value; None where nobody stated one."""
+
+    source: Literal["given", "calibrated"] = "given"
+    """Where it comes from."""
+
+    def over(self, pixels: int) -> Floats:
+        """Give the brightness in the middle of each of ``pixels`` x ``pixels`` pixels, by a spline of up to third order."""
+        grid = np.array(self.values)
+        rows, columns = (np.linspace(0, 1, count) for count in grid.shape)
+        orders = [min(_CUBIC, count - 1) for count in grid.shape]
+        middle = (np.arange(pixels) + 0.5) / pixels
+        return np.asarray(
+            RectBivariateSpline(rows, columns, grid, kx=orders[0], ky=orders[1])(middle, middle), np.float64
+        )
+
+    @classmethod
+    def of(cls, picture: Floats, points: int = 9, *, sigma: float | None = None) -> "Profile":
+        """Reduce a picture of the evenly transmitting field to a calibrated profile, least squares over its pixels.
+
+        Args:
+            picture: ``(pixels, pixels)`` brightness of each pixel.
+            points: points along each axis, 4 or more.
+            sigma: standard deviation of a value, if known.
+        """
+        pixels = len(picture)
+        places, middle = np.linspace(0, 1, points), (np.arange(pixels) + 0.5) / pixels
+        weights = np.stack(
+            [
+                RectBivariateSpline(places, places, np.outer(unit, np.ones(points)), kx=_CUBIC, ky=_CUBIC)(
+                    middle, [0.5]
+                )[:, 0]
+                for unit in np.eye(points)
+            ],
+            axis=1,
+        )
+        inverse = np.linalg.pinv(weights)
+        values = inverse @ picture @ inverse.T
+        return cls(values=tuple(tuple(row) for row in values.tolist()), sigma=sigma, source="calibrated")
