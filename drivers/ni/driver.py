@@ -7,6 +7,7 @@ every sync edge has a hardware time. Both run continuously, so surplus edges are
 from drivers.h10682.counter import H10682Counter
 from drivers.h10682.detector import NAME, counter_limits
 from drivers.ni.errors import NiFault, typed_error
+from drivers.ni.family import check_filter, dead_time_s
 from drivers.ni.run import NiRun
 from drivers.ni.settings import NiSettings
 from drivers.ni.tasks import NiBoardFacts, NiSystem
@@ -21,6 +22,7 @@ def ni_counter(settings: NiSettings, system: NiSystem, clock: Clock, *, simulate
     Raises:
         DriverUnavailable: no such board.
         DeviceRefused: the board cannot do buffered edge counting.
+        InputError: a sync filter that the board does not have.
     """
     try:
         board = system.board(settings.device)
@@ -28,6 +30,7 @@ def ni_counter(settings: NiSettings, system: NiSystem, clock: Clock, *, simulate
     except NiFault as fault:
         raise typed_error(fault, device=NAME) from fault
     _check_board(board)
+    check_filter(board.product, settings.sync_filter_s, NAME)
     identity = DeviceIdentity(
         name=NAME,
         vendor="NI",
@@ -36,13 +39,14 @@ def ni_counter(settings: NiSettings, system: NiSystem, clock: Clock, *, simulate
         driver=version,
         simulated=simulated or board.simulated,
     )
-    return H10682Counter(identity, _limits(settings), lambda run: NiRun(run, settings, system, clock))
+    return H10682Counter(identity, _limits(settings, board), lambda run: NiRun(run, settings, system, clock))
 
 
-def _limits(settings: NiSettings) -> CounterLimits:
+def _limits(settings: NiSettings, board: NiBoardFacts) -> CounterLimits:
+    told_s = settings.counter_dead_time_s
     return counter_limits(
         settings.head,
-        counter_dead_time_s=settings.counter_dead_time_s,
+        counter_dead_time_s=dead_time_s(board.max_timebase_hz) if told_s is None else told_s,
         max_sync_rate_hz=settings.max_sync_rate_hz,
         edge_time_resolution_s=1 / settings.timebase_hz if settings.edge_counter else None,
     )
@@ -57,5 +61,5 @@ def _check_board(board: NiBoardFacts) -> None:
             + ("sampled" if board.sample_clocked_counting else "which cannot be sampled")
             + " by a clock",
             expected="32-bit counters with a sample clock",
-            remedy="use a board that has them, such as one of the X series",
+            remedy="use a board that has them, such as one of the X series; a USB-6002 or USB-6008 counts only when it is asked",
         )

@@ -32,6 +32,7 @@ class NiBoardFacts:
     simulated: bool
     sample_clocked_counting: bool
     counter_bits: int
+    max_timebase_hz: float
 
 
 @dataclass(frozen=True)
@@ -176,6 +177,7 @@ class _Nidaqmx:
                 simulated=bool(device.is_simulated),
                 sample_clocked_counting=bool(device.ci_samp_clk_supported),
                 counter_bits=int(device.ci_max_size),
+                max_timebase_hz=float(device.ci_max_timebase),
             )
 
     def edge_count(self, count: EdgeCount) -> NiTask:

@@ -29,8 +29,9 @@ class FpgaRefused(Frozen):
 
 
 class NoAccess(Frozen):
-    """The device cannot be opened (errno 13), another program holds its interface (errno 16), or the maker's driver holds the
-    device, which libusb then cannot open (NotImplementedError of pyusb).
+    """The device cannot be opened (errno 13), its interface is held (errno 16), or the maker's driver holds it.
+
+    What the maker's driver holds, libusb cannot open: pyusb raises NotImplementedError.
     """
 
     kind: Literal["no-permission", "interface-claimed", "maker-driver"]
