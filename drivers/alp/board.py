@@ -52,11 +52,10 @@ class AlpBoard:
         self._api = api
         self._lock = Lock()
         handle = Id(INVALID_ID)
-        for pause in range(ALLOCATION_PAUSES + 1):
-            code = api.AlpDevAlloc(Int(device_number), Int(DEFAULT), ctypes.byref(handle))
-            if code not in _NOT_YET or clock is None or pause == ALLOCATION_PAUSES:
-                break
+        code, pauses = api.AlpDevAlloc(Int(device_number), Int(DEFAULT), ctypes.byref(handle)), 0
+        while code in _NOT_YET and clock is not None and pauses < ALLOCATION_PAUSES:
             clock.sleep_s(ALLOCATION_S / ALLOCATION_PAUSES)
+            code, pauses = api.AlpDevAlloc(Int(device_number), Int(DEFAULT), ctypes.byref(handle)), pauses + 1
         self._check("AlpDevAlloc", code)
         self._id = self._valid("device", handle.value)
 

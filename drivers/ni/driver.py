@@ -11,7 +11,7 @@ from drivers.ni.family import check_filter, dead_time_s
 from drivers.ni.run import NiRun
 from drivers.ni.settings import NiSettings
 from drivers.ni.tasks import NiBoardFacts, NiSystem
-from protocols import Clock, CounterLimits, DeviceIdentity, DeviceRefused
+from protocols import Clock, CounterLimits, DeviceIdentity, DeviceRefused, InputError
 
 
 def ni_counter(settings: NiSettings, system: NiSystem, clock: Clock, *, simulated: bool = False) -> H10682Counter:
@@ -22,7 +22,7 @@ def ni_counter(settings: NiSettings, system: NiSystem, clock: Clock, *, simulate
     Raises:
         DriverUnavailable: no such board.
         DeviceRefused: the board cannot do buffered edge counting.
-        InputError: a sync filter that the board does not have.
+        InputError: a counter or a sync filter that the board does not have.
     """
     try:
         board = system.board(settings.device)
@@ -30,6 +30,7 @@ def ni_counter(settings: NiSettings, system: NiSystem, clock: Clock, *, simulate
     except NiFault as fault:
         raise typed_error(fault, device=NAME) from fault
     _check_board(board)
+    _check_counters(settings, board)
     check_filter(board.product, settings.sync_filter_s, NAME)
     identity = DeviceIdentity(
         name=NAME,
@@ -50,6 +51,18 @@ def _limits(settings: NiSettings, board: NiBoardFacts) -> CounterLimits:
         max_sync_rate_hz=settings.max_sync_rate_hz,
         edge_time_resolution_s=1 / settings.timebase_hz if settings.edge_counter else None,
     )
+
+
+def _check_counters(settings: NiSettings, board: NiBoardFacts) -> None:
+    wanted = [settings.counter] if settings.edge_counter is None else [settings.counter, settings.edge_counter]
+    missing = [name for name in wanted if name not in board.counters]
+    if missing:
+        raise InputError(
+            device=NAME,
+            saw=f"{', '.join(missing)} in bench.toml",
+            expected=f"counters of a {board.product}: {', '.join(board.counters) or 'it has none'}",
+            remedy="correct counter and edge_counter in bench.toml; without a second counter, edge_counter cannot be set",
+        )
 
 
 def _check_board(board: NiBoardFacts) -> None:

@@ -59,7 +59,7 @@ def check_filter(product: str, width_s: float | None, device: str) -> None:
     family = family_of(product)
     if width_s is None or family is None or family.custom_filters:
         return
-    if all(abs(width_s / known_s - 1) > 1e-3 for known_s in family.filters_s):  # noqa: PLR2004
+    if all(abs(width_s / known_s - 1) > 1e-3 for known_s in family.filters_s):
         raise InputError(
             device=device,
             saw=f"sync_filter_s = {width_s:g} on a {product}",

@@ -2,7 +2,15 @@
 
 import pytest
 
-from protocols import DeviceBusy, DeviceError, DeviceRefused, DriverUnavailable, InputError, ModulatorLimits, PatternModulator
+from protocols import (
+    DeviceBusy,
+    DeviceError,
+    DeviceRefused,
+    DriverUnavailable,
+    InputError,
+    ModulatorLimits,
+    PatternModulator,
+)
 from tests.drivers.alp.fake_alp import DEVICE, FakeAlp
 
 PROBE = 0x80000001
@@ -124,8 +132,7 @@ def test_an_unknown_version_can_be_accepted_by_setting() -> None:
 
 @pytest.mark.parametrize(
     ("code", "error", "asked"),
-    [(1001, DriverUnavailable, 9), (1004, DeviceBusy, 1), (1010, DeviceRefused, 1), (1011, DriverUnavailable, 9)]
-    + [(1012, DriverUnavailable, 9)],
+    [(1004, DeviceBusy, 1), (1010, DeviceRefused, 1), *((code, DriverUnavailable, 9) for code in (1001, 1011, 1012))],
 )
 def test_a_board_that_cannot_be_taken_is_not_freed(code: int, error: type[DeviceError], asked: int) -> None:
     """1001, 1011 and 1012 were seen on boards that were let go of a moment ago: they are asked again for two seconds."""
@@ -149,10 +156,14 @@ def test_a_board_that_may_be_held_says_by_whom_and_what_to_do() -> None:
     """1001 was seen for a board in use; one whose owner was killed stays allocated until it is switched off."""
     alp = FakeAlp()
     alp.codes["AlpDevAlloc"] = 1001
-    with pytest.raises(DriverUnavailable, match=r"asked for two seconds; or one that another program holds.*close other"):
+    with pytest.raises(
+        DriverUnavailable, match=r"asked for two seconds; or one that another program holds.*close other"
+    ):
         alp.open()
     alp.codes["AlpDevAlloc"] = 1004
-    with pytest.raises(DeviceBusy, match=r"another program, or by one that was killed.*switch the board off for ten seconds"):
+    with pytest.raises(
+        DeviceBusy, match=r"another program, or by one that was killed.*switch the board off for ten seconds"
+    ):
         alp.open()
 
 
