@@ -87,6 +87,10 @@ class CounterRun(Frozen):
     n_bins: PositiveInt
     """Number of patterns to count: the run ends when so many bins are closed."""
 
+    n_expected: PositiveInt | None = None
+    """Number of bins that close where no edge is lost or surplus; None: ``n_bins``. A device that has to be told how much to
+    send takes this; one that can go on takes ``n_bins``, which leaves room for bins that surplus edges split."""
+
     period_s: PositiveFloat
     """Expected time between sync edges, in seconds."""
 

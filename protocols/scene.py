@@ -5,6 +5,7 @@ from typing import Protocol, runtime_checkable
 
 from protocols.clock import Clock
 from protocols.modulator import PixelGrid
+from protocols.stage import LinearStage
 from protocols.values import Floats
 
 
@@ -34,6 +35,16 @@ class Scene(Protocol):
 
     def use_grid(self, grid: PixelGrid) -> None:
         """Take ``grid`` as the meaning of "px" from now on. It is called before the patterns of a run are loaded."""
+        ...
+
+    def carried_by(self, stage: LinearStage) -> LinearStage:
+        """Let the bench's stage carry the object, and give the stage that the run is to use.
+
+        A stage that is simulated on this bench says by itself how it moves; any other is asked for its position.
+
+        Raises:
+            InputError: the stage keeps another time than the bench.
+        """
         ...
 
     def truth(self, time_s: Floats) -> Truth:

@@ -2,6 +2,7 @@
 
 import ctypes
 from threading import Lock
+from typing import Final
 
 import numpy as np
 
@@ -21,8 +22,17 @@ from drivers.alp.constants import (
 )
 from drivers.alp.errors import error_of
 from drivers.alp.structs import FLUT_WRITE_ENTRIES, FlutWrite, ProjectionProgress
+from protocols.clock import Clock
 from protocols.errors import PatternMemoryFull, ProtocolViolation
 from protocols.values import Bytes, Integers
+
+ALLOCATION_S: Final = 2.0
+"""Time for which a board that says that it is not there is asked again."""
+
+ALLOCATION_PAUSES: Final = 8
+"""Pauses between these questions."""
+
+_NOT_YET: Final = (ReturnCode.NOT_ONLINE, ReturnCode.ERROR_COMM, ReturnCode.DEVICE_REMOVED)
 
 
 class AlpBoard:
@@ -32,13 +42,21 @@ class AlpBoard:
     but ``put`` holds no lock, so that ``halt`` reaches the library during an upload.
     """
 
-    def __init__(self, api: AlpApi, device_number: int, name: str) -> None:
-        """Take the board with this serial number, or the first one found (0)."""
+    def __init__(self, api: AlpApi, device_number: int, name: str, clock: Clock | None = None) -> None:
+        """Take the board with this serial number, or the first one found (0).
+
+        A board that was let go of a moment ago may say that it is not there (1001, 1011 and 1012 were seen), so these
+        answers are asked again for ``ALLOCATION_S`` on ``clock``; without a clock the first answer counts.
+        """
         self.name = name
         self._api = api
         self._lock = Lock()
         handle = Id(INVALID_ID)
-        self._check("AlpDevAlloc", api.AlpDevAlloc(Int(device_number), Int(DEFAULT), ctypes.byref(handle)))
+        code, pauses = api.AlpDevAlloc(Int(device_number), Int(DEFAULT), ctypes.byref(handle)), 0
+        while code in _NOT_YET and clock is not None and pauses < ALLOCATION_PAUSES:
+            clock.sleep_s(ALLOCATION_S / ALLOCATION_PAUSES)
+            code, pauses = api.AlpDevAlloc(Int(device_number), Int(DEFAULT), ctypes.byref(handle)), pauses + 1
+        self._check("AlpDevAlloc", code)
         self._id = self._valid("device", handle.value)
 
     def halt(self) -> None:

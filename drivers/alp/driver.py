@@ -72,7 +72,7 @@ class Dlp7000:
         self._run: Run | None = None
         self._uploading = self._floating = self._closed = False
         self._halts = 0
-        self._board = AlpBoard(api, settings.device_number, name)
+        self._board = AlpBoard(api, settings.device_number, name, clock)
         try:
             self._inspection = inspect(self._board, settings)
             level = SynchPolarity.LEVEL_HIGH if settings.sync_polarity == "high" else SynchPolarity.LEVEL_LOW

@@ -31,7 +31,9 @@ _MEANINGS: Final[dict[int, _Meaning]] = {
         "refused", "the device id is not valid", "close the device and open it again; it was freed or reset meanwhile"
     ),
     ReturnCode.NOT_READY: _Meaning(
-        "busy", "the board is held by somebody else", "close the other program that uses the board"
+        "busy",
+        "the board is held by another program, or by one that was killed",
+        f"close the other program that uses the board; where it was killed, {_POWER_CYCLE}",
     ),
     ReturnCode.PARM_INVALID: _Meaning(
         "refused",
@@ -74,6 +76,12 @@ _MEANINGS: Final[dict[int, _Meaning]] = {
     ReturnCode.ERROR_UNKNOWN: _Meaning("refused", "an error that the library does not explain", _REPORT),
 }
 
+_NOT_THERE: Final = _Meaning(
+    "gone",
+    "no board that is ready, asked for two seconds; or one that another program holds, as one laboratory saw",
+    "check the board's power, its USB cable and the ViALUX driver, and close other programs that use the board",
+)
+
 
 def error_of(code: int, call: str, device: str) -> DeviceError:
     """Give the error for return code ``code`` (not 0) of the function ``call``, such as ``"AlpSeqPut"``.
@@ -82,6 +90,8 @@ def error_of(code: int, call: str, device: str) -> DeviceError:
     """
     name = f"ALP_{ReturnCode(code).name}" if code in _MEANINGS else "a code that no known header explains"
     meaning = _MEANINGS.get(code) or _Meaning("refused", "unknown", _REPORT)
+    if call == "AlpDevAlloc" and code == ReturnCode.NOT_ONLINE:
+        meaning = _NOT_THERE
     saw = f"{call} answer {name}: {meaning.what}"
     expected, remedy = "ALP_OK", meaning.remedy
     coded = f"{saw} (code {code})"

@@ -39,7 +39,7 @@ def probe() -> tuple[str, ...]:
         found = find_library(None)
         board = AlpBoard(found.api, 0, "dmd")
     except DeviceBusy:
-        return ("ALP board, held by another program",)
+        return ("ALP board, held by another program, or by one that was killed",)
     except DriverUnavailable:
         return ()
     try:

@@ -22,6 +22,9 @@ from protocols import (
 NOT_YET_AVAILABLE = -200284
 """Fewer samples than asked for. To a poll that waits on its own clock it is an answer, not a fault."""
 
+NO_SUCH_PROPERTY = (-200452, -200197)
+"""A property that the task, or the device, does not have: an answer to a question about what it can do."""
+
 RPC_UNAVAILABLE = "UNAVAILABLE"
 """gRPC status of a server that is not there or no longer there."""
 
@@ -52,6 +55,8 @@ class Progress:
     bins_read: int = 0
     bins_expected: int = 0
     waited_s: float = 0.0
+    task: str = ""
+    """What was being reserved, and what the other task is for."""
 
 
 class Kind(Enum):
@@ -179,7 +184,12 @@ def _by_kind(code: int, meaning: Meaning, device: str, done: Progress) -> Kinopi
                 device=device, saw=f"{saw}, {so_far}", expected="a board that answers", remedy=meaning.remedy
             )
         case Kind.BUSY:
-            return DeviceBusy(device=device, saw=saw, expected="a free counter", remedy=meaning.remedy)
+            return DeviceBusy(
+                device=device,
+                saw=f"{saw}, at {done.task}" if done.task else saw,
+                expected="free counters, one for photons and one for edge times",
+                remedy=f"{meaning.remedy}; or name free ones by counter and edge_counter in bench.toml",
+            )
         case Kind.TIMEOUT:
             return DeviceTimeout(
                 device,

@@ -32,19 +32,23 @@ class NiRun:
         self._edges: SampledCounter | None = None
         self._shifted = False
         counters: list[SampledCounter] = []
+        tasks = _tasks(settings)
+        at = tasks[0]
         try:
             photons = SampledCounter(system.edge_count(self._photon_count(settings)))
             counters.append(photons)
             if settings.edge_counter is not None:
+                at = tasks[1]
                 self._edges = SampledCounter(system.edge_count(self._tick_count(settings, settings.edge_counter)))
                 counters.append(self._edges)
-            for counter in counters:
+            for task, counter in zip(tasks, counters, strict=True):
+                at = task
                 counter.task.start()
         except BaseException as fault:
             for counter in counters:
                 _failure(counter.task.close)
             if isinstance(fault, NiFault):
-                raise typed_error(fault, device=NAME, progress=Progress(bins_expected=run.n_bins)) from fault
+                raise typed_error(fault, device=NAME, progress=Progress(bins_expected=run.n_bins, task=at)) from fault
             raise
         self._photons = photons
 
@@ -165,6 +169,17 @@ class NiRun:
             return  # not every board knows; that it does not is no news about the run
         if doubtful:
             notes.append(f"the board calls {doubtful} samples possibly invalid")
+
+
+def _tasks(settings: NiSettings) -> list[str]:
+    """What each task is, in the order in which they are reserved; each names the other one too."""
+    photons, edges = f"{settings.device}/{settings.counter}", f"{settings.device}/{settings.edge_counter}"
+    if settings.edge_counter is None:
+        return [f"the photon task on {photons}"]
+    return [
+        f"the photon task on {photons} (edge times: {edges})",
+        f"the edge-time task on {edges} (photons: {photons})",
+    ]
 
 
 def _failure(step: Callable[[], None]) -> str | None:

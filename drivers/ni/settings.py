@@ -28,7 +28,7 @@ class NiSettings(Frozen):
     """The edge that opens a bin."""
 
     sync_filter_s: PositiveFloat | None = None
-    """Digital filter of the sync line; None is off. Widths differ from board to board: 125 ns is the shortest on many."""
+    """Digital filter of the sync line; None is off. X series: 90 ns, 5.12 us, 2.56 ms; M series: 125 ns, 6.425 us, 2.55 ms."""
 
     arm_terminal: str | None = None
     """A separate sequence-start line that arms the counters; None arms them in software, before the modulator starts."""
@@ -45,8 +45,9 @@ class NiSettings(Frozen):
     prevent_duplicates: bool = True
     """Duplicate-count prevention. Without it older boards store nothing for a bin without photons, and all later bins shift."""
 
-    counter_dead_time_s: NonNegativeFloat = 50e-9
-    """Pulse pairs that the counter merges [I]: with duplicate-count prevention the source may have 20 MHz at most."""
+    counter_dead_time_s: NonNegativeFloat | None = None
+    """Pulse pairs that the counter merges, in seconds. None takes a quarter of the board's timebase as the fastest source, as
+    duplicate-count prevention wants it: 40 ns at 100 MHz (X series), 50 ns at 80 MHz (M series)."""
 
     max_sync_rate_hz: PositiveFloat = 100e3
     """Highest rate of sync edges that this driver accepts [I]; the mirrors are slower anyhow."""

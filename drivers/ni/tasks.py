@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.h10682.detector import NAME
-from drivers.ni.errors import NOT_YET_AVAILABLE, NiFault
+from drivers.ni.errors import NO_SUCH_PROPERTY, NOT_YET_AVAILABLE, NiFault
 from protocols import InputError
 
 Edge = Literal["rising", "falling"]
@@ -32,6 +32,8 @@ class NiBoardFacts:
     simulated: bool
     sample_clocked_counting: bool
     counter_bits: int
+    max_timebase_hz: float
+    counters: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -174,8 +176,10 @@ class _Nidaqmx:
                 product=str(device.product_type),
                 serial=self._serial(device),
                 simulated=bool(device.is_simulated),
-                sample_clocked_counting=bool(device.ci_samp_clk_supported),
+                sample_clocked_counting=self._sample_clocked(device),
                 counter_bits=int(device.ci_max_size),
+                max_timebase_hz=float(device.ci_max_timebase),
+                counters=tuple(str(name).rpartition("/")[2] for name in device.ci_physical_chans.channel_names),
             )
 
     def edge_count(self, count: EdgeCount) -> NiTask:
@@ -186,6 +190,16 @@ class _Nidaqmx:
             except BaseException:
                 task.close()
                 raise
+
+    def _sample_clocked(self, device: Any) -> bool:
+        """Whether counters take a sample clock; a board without such a property has none."""
+        try:
+            with _faults():
+                return bool(device.ci_samp_clk_supported)
+        except NiFault as fault:
+            if fault.code not in NO_SUCH_PROPERTY:
+                raise
+            return False
 
     def _serial(self, device: Any) -> str:
         """The serial number is for the record only: a board or server that has none does not stop a run."""

@@ -28,6 +28,14 @@ def typed_error(fault: UsbFault, what: str) -> KinopixError:
             return DeviceDisconnected(
                 device=NAME, saw=saw, expected="a board that answers", remedy="look at the USB cable, then open again"
             )
+        case errno.ENOTSUP:
+            return DriverUnavailable(
+                device=NAME,
+                saw=f"{saw}: the maker's driver holds the board, not libusb's",
+                expected="a board on the WinUSB driver (Windows), with no other driver on it",
+                remedy="on Windows, give the board WinUSB by Zadig (Options, List All Devices, USB-CTR, WinUSB, Replace Driver); "
+                "the maker's InstaCal finds it again once that driver is removed in the Device Manager",
+            )
         case errno.EACCES | errno.EPERM:
             return DriverUnavailable(
                 device=NAME,
@@ -117,13 +125,24 @@ class UsbCtrBoard:
                 expected="status bit 8 set", remedy="use the image that belongs to this board; unplug and try again",
             )  # fmt: skip
 
-    def start_scan(self, scan: Scan, *, samples: int = 0, pacer_period: int = 0) -> None:
+    def claim(self) -> None:
+        """Take the board for this program.
+
+        Raises:
+            DeviceBusy: another program has it.
+        """
+        try:
+            self._pipe.claim()
+        except UsbFault as fault:
+            raise typed_error(fault, "claiming the board") from fault
+
+    def start_scan(self, scan: Scan, *, samples: int = 0, pacer_period: int = 0, packet_words: int = 0) -> None:
         """Start in the order of the maker's library; a scan that somebody left running is stopped first."""
         self.ask(codec.STOP_SCAN)
         self.ask(codec.scan_config(scan))
         self.clear_halt()
         self.ask(codec.CLEAR_FIFO)
-        self.ask(codec.scan_start(scan, samples=samples, pacer_period=pacer_period))
+        self.ask(codec.scan_start(scan, samples=samples, pacer_period=pacer_period, packet_words=packet_words))
 
     def stop_scan(self) -> None:
         """Stop, and empty the board's memory and the pipe."""
@@ -157,6 +176,7 @@ def open_board(transport: object | None, serial: str | None) -> UsbCtrBoard:
 
     Raises:
         DriverUnavailable: none, or several and no serial number to choose by.
+        DeviceBusy: another program has it.
     """
     try:
         pipes = find_pipes(transport)
@@ -174,6 +194,7 @@ def open_board(transport: object | None, serial: str | None) -> UsbCtrBoard:
                 expected="one USB-CTR04 or USB-CTR08" + (f" with serial number {serial}" if serial else ""),
                 remedy="set serial in bench.toml" if chosen else "look at the USB cable and at serial in bench.toml",
             )
+        chosen[0].claim()
     except BaseException:
         for board in boards:
             board.close()

@@ -22,12 +22,17 @@ FIFO_WORDS = 8192
 
 SCAN_LIST_BYTES = 33
 FPGA_BLOCK_BYTES = 64
+BLOCK_WORDS = 256
+"""16-bit words of a full packet, the only size beside one sample whose last part a scan that completes is seen to send
+(wjasper/Linux_Drivers #35). A packet of it may end inside a sample."""
+
 _UNLOCK = 0xAD
 
 
 class Command(IntEnum):
     """``bRequest`` of the requests that this driver uses."""
 
+    COUNTER = 0x10
     COUNTER_PARAMETERS = 0x18
     SCAN_CONFIG = 0x20
     SCAN_START = 0x21
@@ -117,11 +122,15 @@ def parse_fpga_version(answer: bytes) -> str:
 
 
 def load_fpga(image: bytes) -> list[Request]:
-    """Unlock, then the image in blocks of 64 bytes. Afterwards status bit 8 must be set."""
+    """Unlock, the image in blocks of 64 bytes, and the two zero bytes that the maker's library sends to this family.
+
+    Afterwards status bit 8 must be set.
+    """
     blocks = (image[at : at + FPGA_BLOCK_BYTES] for at in range(0, len(image), FPGA_BLOCK_BYTES))
     return [
         Request(Command.FPGA_CONFIG, data=bytes([_UNLOCK])),
         *(Request(Command.FPGA_DATA, data=block) for block in blocks),
+        Request(Command.FPGA_DATA, data=bytes(2)),
     ]
 
 
@@ -132,6 +141,25 @@ def count_and_clear(counter: int, debounce_code: int, *, falling: bool = False) 
     """Totalise on one counter and clear it at each sample: bytes are mode, options, gate, output, debounce."""
     options = 0x01 | (0x10 if falling else 0)
     return Request(Command.COUNTER_PARAMETERS, index=counter, data=bytes([0, options, 0, 0, debounce_code]))
+
+
+def count_on(counter: int, debounce_code: int) -> Request:
+    """Totalise on one counter without clearing it at samples, only at the start of a scan."""
+    return Request(Command.COUNTER_PARAMETERS, index=counter, data=bytes([0, 0, 0, 0, debounce_code]))
+
+
+def ask_count(counter: int) -> Request:
+    """Ask for what one counter holds, 64 bits."""
+    return Request(Command.COUNTER, index=counter, reply_bytes=8)
+
+
+def parse_count(answer: bytes) -> int:
+    """Count from its eight bytes.
+
+    >>> parse_count(bytes([3, 1, 0, 0, 0, 0, 0, 0]))
+    259
+    """
+    return int.from_bytes(answer, "little")
 
 
 def timer_parameters(timer: int, period: int) -> Request:
@@ -172,16 +200,17 @@ def scan_config(scan: Scan) -> Request:
     return Request(Command.SCAN_CONFIG, index=len(elements) - 1, data=bytes(elements).ljust(SCAN_LIST_BYTES, b"\0"))
 
 
-def scan_start(scan: Scan, *, samples: int = 0, pacer_period: int = 0) -> Request:
-    """Start a scan that sends each sample in a packet of its own, and clears the counters first.
+def scan_start(scan: Scan, *, samples: int = 0, pacer_period: int = 0, packet_words: int = 0) -> Request:
+    """Start a scan, which clears the counters first.
 
     Args:
         scan: as configured.
         samples: samples in all; 0 goes on until it is stopped.
+        packet_words: 16-bit words of a packet; 0 sends each sample in a packet of its own.
         pacer_period: 0 samples on the external clock input, otherwise at 96 MHz / (pacer_period + 1).
     """
     options = 0
-    data = struct.pack("<IIIBB", samples, 0, pacer_period, scan.words_per_scan - 1, options)
+    data = struct.pack("<IIIBB", samples, 0, pacer_period, (packet_words or scan.words_per_scan) - 1, options)
     return Request(Command.SCAN_START, data=data)
 
 
@@ -198,7 +227,7 @@ def decode(scan: Scan, data: bytes) -> tuple[NDArray[np.uint32], bytes]:
     """Samples from scan data, and the bytes after the last whole one.
 
     Returns:
-        ``(n, counters)`` counts in scan-list order, and what is left over: in single-packet mode always nothing.
+        ``(n, counters)`` counts in scan-list order, and what is left over of a sample that goes on in the next packet.
     """
     whole = len(data) - len(data) % scan.bytes_per_scan
     words = np.frombuffer(data[:whole], dtype="<u2").astype(np.uint32).reshape(-1, len(scan.counters), scan.words)

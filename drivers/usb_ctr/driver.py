@@ -1,8 +1,8 @@
 """H10682 on a Measurement Computing USB-CTR04 or USB-CTR08, by the board's own USB protocol.
 
 The modulator's sync on CLKI samples a counter that is cleared by each sample, so that every sample is the count of one bin
-and nothing is subtracted. Each sample comes in a packet of its own, so a short run delivers its last bin too. Without an edge
-timer there are no edge times: the board has no timebase that a counter could count. Fact sheet h10682-daq, section 5.
+and nothing is subtracted. ``packets`` says how the samples come. Without an edge timer there are no edge times: the board has
+no timebase that a counter could count. Fact sheet h10682-daq, section 5.
 """
 
 from drivers.h10682.counter import H10682Counter
@@ -45,11 +45,12 @@ def _limits(settings: UsbCtrSettings) -> CounterLimits:
 
 def _check_counters(settings: UsbCtrSettings, board: UsbCtrBoard) -> None:
     timer = settings.edge_timer
-    counters = [settings.counter] if timer is None else [settings.counter, timer.counter]
+    wired = (settings.counter, settings.sync_counter, None if timer is None else timer.counter)
+    counters = [counter for counter in wired if counter is not None]
     if max(counters) >= board.n_counters or len(set(counters)) < len(counters):
         raise InputError(
             device=NAME,
             saw=f"counters {counters}",
             expected=f"different counters from 0 to {board.n_counters - 1} on a {board.model}",
-            remedy="correct counter and edge_timer in bench.toml",
+            remedy="correct counter, sync_counter and edge_timer in bench.toml",
         )

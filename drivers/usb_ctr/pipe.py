@@ -14,6 +14,7 @@ _IN, _OUT = 0xC0, 0x40
 _CONTROL_TIMEOUT_MS = 1000
 _BULK_TIMEOUT_MS = 1  # libusb takes 0 for "for ever"
 _BULK_BYTES = 512
+_INTERFACE = 0
 
 
 class UsbFault(Exception):
@@ -46,8 +47,12 @@ class UsbPipe(Protocol):
         """One packet of scan data that is there already; empty where none is."""
         ...
 
+    def claim(self) -> None:
+        """Take the board's interface, which one program can hold; before it, only ``ask`` and ``tell`` work everywhere."""
+        ...
+
     def clear_halt(self) -> None:
-        """Clear a halt of the scan endpoint."""
+        """Clear a halt of the scan endpoint, on an interface that is claimed."""
         ...
 
     def close(self) -> None:
@@ -82,6 +87,8 @@ def _faults() -> Generator[None]:
         yield
     except core.NoBackendError as error:
         raise UsbFault("no libusb library on this machine") from error
+    except NotImplementedError as error:  # how pyusb tells of LIBUSB_ERROR_NOT_SUPPORTED
+        raise UsbFault(str(error) or "operation not supported", errno.ENOTSUP) from error
     except core.USBError as error:
         number: int | None = error.errno
         raise UsbFault(str(error), number) from error
@@ -90,7 +97,6 @@ def _faults() -> Generator[None]:
 class _PyusbPipe:
     def __init__(self, device: Any) -> None:
         self._device = device
-        self._configured = False
 
     @property
     def product_id(self) -> int:
@@ -98,12 +104,10 @@ class _PyusbPipe:
 
     def ask(self, command: int, value: int, index: int, n_bytes: int) -> bytes:
         with _faults():
-            self._configure()
             return bytes(self._device.ctrl_transfer(_IN, command, value, index, n_bytes, _CONTROL_TIMEOUT_MS))
 
     def tell(self, command: int, value: int, index: int, data: bytes) -> None:
         with _faults():
-            self._configure()
             sent = int(self._device.ctrl_transfer(_OUT, command, value, index, data, _CONTROL_TIMEOUT_MS))
         if sent != len(data):
             raise UsbFault(f"{sent} of {len(data)} bytes taken", errno.EIO)
@@ -118,6 +122,15 @@ class _PyusbPipe:
                 return b""
             raise
 
+    def claim(self) -> None:
+        core, util = import_module("usb.core"), import_module("usb.util")
+        with _faults():
+            try:
+                self._device.get_active_configuration()
+            except core.USBError:
+                self._device.set_configuration()
+            util.claim_interface(self._device, _INTERFACE)
+
     def clear_halt(self) -> None:
         with _faults():
             self._device.clear_halt(SCAN_ENDPOINT)
@@ -126,8 +139,3 @@ class _PyusbPipe:
         util: Any = import_module("usb.util")
         with _faults():
             util.dispose_resources(self._device)
-
-    def _configure(self) -> None:
-        if not self._configured:
-            self._device.set_configuration()
-            self._configured = True

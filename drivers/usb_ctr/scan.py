@@ -5,6 +5,8 @@ from drivers.h10682.handover import Handover, bins_per_block, collect
 from drivers.usb_ctr import codec
 from drivers.usb_ctr.board import UsbCtrBoard
 from drivers.usb_ctr.codec import FIFO_WORDS, MAX_COUNT_RATE_HZ, Scan
+from drivers.usb_ctr.first_sample import check_first_sample
+from drivers.usb_ctr.packets import packets_of
 from drivers.usb_ctr.settings import EdgeTimer, UsbCtrSettings
 from protocols import (
     Clock,
@@ -31,13 +33,19 @@ class UsbCtrScan:
         self._board = board
         self._clock = clock
         self._scan = _scan(run, settings)
+        self._packets = packets_of(run, self._scan, settings)
+        self._rest = b""
         timer = settings.edge_timer
         self._tick_s = timer.tick_s if timer else run.period_s
         self._handover = Handover(run.n_bins, timer.tick_s if timer else None)
         self._samples = 0
         try:
             self._configure(timer)
-            board.start_scan(self._scan)
+            if self._packets.complete and settings.sync_counter is not None:
+                check_first_sample(
+                    board, self._scan, clock, sync_counter=settings.sync_counter, first_samples=settings.first_samples
+                )
+            board.start_scan(self._scan, samples=self._packets.samples, packet_words=self._packets.words)
         except BaseException:
             self._stop()
             raise
@@ -60,6 +68,8 @@ class UsbCtrScan:
         settings = self._settings
         falling = settings.photon_edge == "falling"
         self._board.ask(codec.count_and_clear(settings.counter, settings.debounce_code, falling=falling))
+        if settings.sync_counter is not None:
+            self._board.ask(codec.count_on(settings.sync_counter, settings.debounce_code))
         if timer is not None:
             self._board.ask(codec.count_and_clear(timer.counter, settings.debounce_code))
             self._board.ask(codec.timer_parameters(timer.timer, timer.period_ticks))
@@ -69,12 +79,20 @@ class UsbCtrScan:
         """Take in one block of packets, then see whether the board is still well: it tells of an overrun only when asked."""
         try:
             self._drain(bins_per_block(self._run) + 1)
+            if self._all_in:
+                return
             status = self._board.status()
             if status.overrun or status.scan_done(self._settings.scan_done_mask):
                 self._drain(FIFO_WORDS)
-                self._handover.fail(self._overrun() if status.overrun else self._ended())
+                if not self._all_in:
+                    self._handover.fail(self._overrun() if status.overrun else self._ended())
         except KinopixError as error:
             self._handover.fail(self._overrun() if self._overran() else error)
+
+    @property
+    def _all_in(self) -> bool:
+        """Whether the scan has given all the samples that it was started for."""
+        return self._packets.complete and self._samples >= self._packets.samples
 
     def _overran(self) -> bool:
         """Whether an overrun is behind a transfer that failed; False where the board does not answer."""
@@ -92,11 +110,11 @@ class UsbCtrScan:
                 if not packet:
                     return True
                 data += packet
-                if len(packet) % self._scan.bytes_per_scan:
+                if len(packet) % 2:
                     raise ProtocolViolation(
                         device=NAME,
                         saw=f"a packet of {len(packet)} bytes",
-                        expected=f"whole samples of {self._scan.bytes_per_scan} bytes",
+                        expected="whole words of 2 bytes",
                         remedy="look at the USB cable and hub; record again",
                     )
             return False
@@ -104,7 +122,8 @@ class UsbCtrScan:
             self._take_in(bytes(data))
 
     def _take_in(self, data: bytes) -> None:
-        counts, _ = codec.decode(self._scan, data)
+        """Keep whole samples; a packet may end inside one, which the next packet then completes."""
+        counts, self._rest = codec.decode(self._scan, self._rest + data)
         drop = max(0, self._settings.first_samples - self._samples)
         self._samples += len(counts)
         ticks = counts[drop:, 1].astype("int64") if len(self._scan.counters) > 1 else None
@@ -114,16 +133,32 @@ class UsbCtrScan:
         self._handover.add(counts[drop:, 0], ticks)
 
     def _edges_seen(self, notes: list[str]) -> int | None:
+        sync_counter = self._settings.sync_counter
         try:
             dry = self._drain(FIFO_WORDS)
             overrun = self._board.status().overrun
+            counted = (
+                None if sync_counter is None else codec.parse_count(self._board.ask(codec.ask_count(sync_counter)))
+            )
         except KinopixError as error:
             notes.append(f"surplus sync edges are unknown: {error}")
             return None
+        if counted is not None:
+            notes += self._kept_back(counted)
+            return counted
         if overrun or not dry:
             notes.append("surplus sync edges are unknown: " + ("the board overran" if overrun else "they still come"))
             return None
         return max(0, self._samples + 1 - self._settings.first_samples) if self._samples else 0
+
+    def _kept_back(self, edges: int) -> list[str]:
+        """Say what a scan that was cut short kept: the board sends its last packet only when all samples are in."""
+        missing = edges - 1 + self._settings.first_samples - self._samples
+        if not self._packets.complete or self._all_in or missing <= 0:
+            return []
+        return [
+            f"{missing} samples stayed on the board, which sends the last packet of a scan only when it is complete"
+        ]
 
     def _stop(self) -> list[str]:
         notes: list[str] = []

@@ -50,12 +50,18 @@ class UsbCtrSettings(Frozen):
     """The code that means "no debounce". The maker's library sends 16; another public driver says 0, which by the maker's
     table is 500 ns and would swallow every photon. ``run_self_test`` shows which is true on the board at hand."""
 
-    scan_done_mask: Literal[0x20, 0x40] = 0x40
-    """Status bit of an ended scan: 0x40 by the maker's library, 0x20 by another public driver. ``run_self_test`` shows it."""
+    scan_done_mask: Literal[0x20, 0x40] = 0x20
+    """Status bit of an ended scan: 0x20 is likelier, 0x40 is that of output scans in the maker's library. ``run_self_test``
+    shows it."""
 
     first_samples: Annotated[int, Field(ge=0, le=2)] = 1
     """Samples before the first bin. 1: the first edge gives the sample "start to first edge". 2: the board samples at the start
     of the scan too [U]. Prove it with the loopback of the how-to: the bright bin must be the bright pattern."""
+
+    sync_counter: CounterNumber | None = None
+    """Number of a counter input that the sync is wired to as well (a T-piece on CLKI); it counts every edge. None: not wired.
+
+    Runs above 4 kHz then come in full packets, 78 transfers a second at 20 kHz instead of 20,000."""
 
     edge_timer: EdgeTimer | None = None
     """Times the edges, where a timer output is wired to a counter input; None gives no edge times."""
@@ -64,7 +70,7 @@ class UsbCtrSettings(Frozen):
     """Dead time of the counter input in seconds [I]: it counts to 48 MHz, so pulses of 10 ns are at its limit."""
 
     max_sync_rate_hz: PositiveFloat = 100e3
-    """Highest rate of sync edges in single-packet mode."""
+    """Highest rate of sync edges [I]: the maker's library keeps 100 kHz."""
 
     head: Head = Field(default_factory=Head)
     """Detector at the counter's input."""

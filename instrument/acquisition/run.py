@@ -181,7 +181,8 @@ class _Reader:
         # Room for bins that surplus edges split, so that they do not take the last patterns' place.
         room = patterns + patterns // 100 + 16
         most = devices.counter.limits.max_bins
-        self._armed = CounterRun(n_bins=room if most is None else min(room, most), period_s=period_s)
+        n_bins = room if most is None else min(room, most)
+        self._armed = CounterRun(n_bins=n_bins, n_expected=min(patterns, n_bins), period_s=period_s)
         self.bins = 0
         self._plays_until_s = 0.0
         self.motion: Motion | None = None

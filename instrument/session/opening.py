@@ -7,7 +7,7 @@ from typing import Any, cast
 from instrument.acquisition import Devices
 from instrument.config import BenchConfig, ResolvedDevice
 from instrument.roles import Device, RoleName
-from protocols import BenchContext, Clock, MonotonicClock, Scene
+from protocols import BenchContext, Clock, LinearStage, MonotonicClock, Scene
 
 
 def open_devices(bench: BenchConfig) -> Devices:
@@ -22,6 +22,8 @@ def open_devices(bench: BenchConfig) -> Devices:
         opened: dict[RoleName, Device] = {
             name: _open(device, scene, clock, bench.folder, stack) for name, device in bench.devices.items()
         }
+        if scene is not None:
+            opened["stage"] = scene.carried_by(cast("LinearStage", opened["stage"]))
         return Devices(opened, clock, scene, stack.pop_all())
 
 

@@ -5,8 +5,10 @@ Name a *rig factory*, a function of yours, and run ::
     pytest --pyargs protocols.conformance --kinopix-driver my_package.conformance:stage_rig
 
 ``--kinopix-driver`` may be given many times. The suites need pytest and hypothesis (``pip install kinopix[conformance]``).
-They take all time from the rig's clock: seconds on a virtual one, some minutes on a real one. A stage moves a few
-millimetres back and forth, a modulator shows a few dozen pictures, a counter wants sync edges.
+They take all time from the rig's clock: seconds on a virtual one, some minutes on a real one. A modulator shows a few dozen
+pictures, a counter wants sync edges. A stage moves within ``StageRig.span_mm``, or 6 mm to both sides of where it stands, and
+is brought back after each test. Before a real one moves (the host's own clock, and not simulated by its identity) the suite
+asks at the terminal; ``--kinopix-may-move`` answers beforehand.
 
 To have the tests in your own test tree instead, import all of ``protocols.conformance.test_stage`` (and so on) there and
 define a fixture ``open_rig`` that gives the factory.

@@ -6,6 +6,7 @@ from typing import Any, Final, cast, get_args, get_type_hints
 
 import pytest
 
+from protocols.conformance.consent import OPTION
 from protocols.conformance.rigs import CounterRig, ModulatorRig, Rig, RigFactory, StageRig
 
 _SUITES: Final[dict[str, type[Rig]]] = {
@@ -28,6 +29,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         default=[],
         metavar="MODULE:FACTORY",
         help=f"rig factory of a driver to test, such as {_EXAMPLE}; may be given many times",
+    )
+    parser.getgroup("kinopix").addoption(
+        OPTION,
+        action="store_true",
+        default=False,
+        help="move a real stage without asking: the way is free, and somebody is at the switch",
     )
 
 

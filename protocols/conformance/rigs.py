@@ -58,7 +58,11 @@ class CounterRig:
 
 @dataclass(frozen=True)
 class StageRig:
-    """A stage under test. It must be free to move 6 mm (or a tenth of its travel) to both sides."""
+    """A stage under test.
+
+    Without ``span_mm`` it must be free to move 6 mm (or a tenth of its travel) to both sides of where it stands. It is brought
+    back there after each test. Homing, where it may, goes to its origin and comes back.
+    """
 
     open: Callable[[], LinearStage]
     """Function that opens the device."""
@@ -73,7 +77,14 @@ class StageRig:
     """Function that gives the carriage's true position by other means than the driver's. None: what needs it is skipped."""
 
     may_home: bool = True
-    """Whether the stage may be homed now: it then goes to its origin."""
+    """Whether the stage may be homed now: it then goes to its origin, whatever ``span_mm`` says."""
+
+    span_mm: tuple[float, float] | None = None
+    """Lowest and highest position that the tests may go to, in millimetres; the stage must stand between them. None: 6 mm (or
+    a tenth of the travel) to both sides of where it stands."""
+
+    begun_mm: float | None = None
+    """Where the stage stood before the test, in millimetres. The suite fills it in."""
 
 
 Rig: TypeAlias = ModulatorRig | CounterRig | StageRig

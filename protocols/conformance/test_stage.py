@@ -7,8 +7,9 @@ from typing import Final
 
 import pytest
 
+from protocols.conformance.consent import ask_before_moving
 from protocols.conformance.rigs import RigFactory, StageRig
-from protocols.conformance.spot import Spot, near
+from protocols.conformance.spot import Spot, brought_back, near
 from protocols.conformance.support import assert_speaks, error_of, in_another_thread
 from protocols.errors import DeviceBusy, DeviceError, DeviceTimeout, MotionTooFast, PlanError, TravelExceeded
 from protocols.stage import LinearStage, Motion, MotionProfile, StagePosition
@@ -17,25 +18,27 @@ SIGNS: Final = [pytest.param(1, id="up"), pytest.param(-1, id="down")]
 
 
 @pytest.fixture
-def rig(open_rig: RigFactory[StageRig]) -> Iterator[StageRig]:
-    """What the device stands on."""
-    with open_rig() as rig:
-        yield rig
+def rig(open_rig: RigFactory[StageRig], pytestconfig: pytest.Config) -> Iterator[StageRig]:
+    """What the device stands on; the stage is brought back after the test."""
+    with open_rig() as opened:
+        ask_before_moving(opened, pytestconfig)
+        with brought_back(opened) as rig:
+            yield rig
 
 
 @pytest.fixture
 def stage(rig: StageRig) -> Iterator[LinearStage]:
     """An open device, with room on both sides."""
     with rig.open() as stage:
-        spot = Spot(stage)
+        spot = Spot(stage, rig)
         stage.move_to(spot.middle_mm, spot.profile).wait()
         yield stage
 
 
 @pytest.fixture
-def spot(stage: LinearStage) -> Spot:
+def spot(rig: StageRig, stage: LinearStage) -> Spot:
     """Where and how fast the stage moves in a test."""
-    return Spot(stage)
+    return Spot(stage, rig)
 
 
 def _stands(rig: StageRig, stage: LinearStage) -> StagePosition:
@@ -374,7 +377,7 @@ def test_a_stage_that_was_stopped_moves_again(rig: StageRig, stage: LinearStage,
 
 def test_nothing_is_homed_unless_it_is_asked_for(rig: StageRig) -> None:
     with rig.open() as stage:
-        spot = Spot(stage)
+        spot = Spot(stage, rig)
         homed, at_mm = stage.homed, stage.position().reported_mm
         assert near(_stands(rig, stage).reported_mm, at_mm, rig.tolerance_mm), "it moves by itself"
         stage.move_to(spot.middle_mm, spot.profile).wait()
@@ -389,7 +392,7 @@ def test_homing_makes_the_origin_known(rig: StageRig, stage: LinearStage, spot: 
     end = motion.wait()
     assert stage.homed
     assert near(end.reported_mm, motion.target_mm, rig.tolerance_mm)
-    stage.move_to(Spot(stage).middle_mm, spot.profile).wait()
+    stage.move_to(Spot(stage, rig).middle_mm, spot.profile).wait()
     assert stage.homed
 
 
@@ -415,7 +418,7 @@ def test_homing_can_be_stopped_and_then_the_origin_is_not_known_by_it(
 
 def test_leaving_stops_the_stage(rig: StageRig) -> None:
     with rig.open() as stage:
-        spot = Spot(stage)
+        spot = Spot(stage, rig)
         stage.move_to(spot.middle_mm, spot.profile).wait()
         stage.move_by(spot.reach_mm, spot.profile)
         rig.clock.sleep_s(0.4 * spot.whole_s)
@@ -429,7 +432,7 @@ def test_leaving_stops_the_stage(rig: StageRig) -> None:
 def test_leaving_hides_no_error(rig: StageRig) -> None:
     def fail_in_motion() -> None:
         with rig.open() as stage:
-            stage.move_to(Spot(stage).middle_mm, Spot(stage).profile)
+            stage.move_to(Spot(stage, rig).middle_mm, Spot(stage, rig).profile)
             raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError):
@@ -441,7 +444,7 @@ def test_it_can_be_opened_again_after_it_was_closed(rig: StageRig) -> None:
     for _ in range(3):
         with rig.open() as stage:
             identities.add(stage.identity.model_dump_json())
-            spot = Spot(stage)
+            spot = Spot(stage, rig)
             if stands_mm is not None:
                 assert near(_stands(rig, stage).reported_mm, stands_mm, rig.tolerance_mm)
             stands_mm = stage.move_to(spot.middle_mm + spot.reach_mm, spot.profile).wait().reported_mm

@@ -4,8 +4,9 @@ import pytest
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
+from protocols.conformance.consent import ask_before_moving
 from protocols.conformance.rigs import RigFactory, StageRig
-from protocols.conformance.spot import Spot, near
+from protocols.conformance.spot import Spot, brought_back, near
 from protocols.conformance.support import assert_keeps_to_model, error_of
 from protocols.errors import DeviceBusy, DeviceTimeout, MotionTooFast, TravelExceeded
 from protocols.stage import Motion
@@ -21,7 +22,7 @@ class StageMachine(RuleBasedStateMachine):
         super().__init__()
         self.rig = rig
         self.stage = rig.open().__enter__()
-        self.spot = Spot(self.stage)
+        self.spot = Spot(self.stage, rig)
         self.slow = self.spot.but(velocity_mm_s=self.spot.profile.velocity_mm_s / 5)
         self.stage.move_to(self.spot.middle_mm, self.spot.profile).wait()
         self.at_mm = self.spot.middle_mm
@@ -111,6 +112,10 @@ class StageMachine(RuleBasedStateMachine):
         return self.stage.move_to(target_mm, self.slow)
 
 
-def test_any_order_of_calls_is_answered_as_the_protocol_says(open_rig: RigFactory[StageRig]) -> None:
-    with open_rig() as rig:
-        assert_keeps_to_model(lambda: StageMachine(rig))
+def test_any_order_of_calls_is_answered_as_the_protocol_says(
+    open_rig: RigFactory[StageRig], pytestconfig: pytest.Config
+) -> None:
+    with open_rig() as opened:
+        ask_before_moving(opened, pytestconfig)
+        with brought_back(opened) as rig:
+            assert_keeps_to_model(lambda: StageMachine(rig))

@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from protocols import BenchContext, Counts, Floats, InputError, PixelGrid, Truth, WrongState
+from protocols import BenchContext, Counts, Floats, InputError, LinearStage, PixelGrid, Truth, WrongState
 from sim_backends.bench.clock import BenchClock, RealTimeClock, VirtualClock
 from sim_backends.bench.fault_settings import DroppedEdge
 from sim_backends.bench.files import load_trajectory
+from sim_backends.bench.followed import FollowedStage
 from sim_backends.bench.motion import Displacement, Position, StageMotion, Trajectory
 from sim_backends.bench.noise_settings import NoNoise, PhotonNoise
 from sim_backends.bench.projection import Edges, Projection
@@ -46,6 +47,7 @@ class OpticalBench:
         self._clock: BenchClock = RealTimeClock() if settings.realtime else VirtualClock()
         self._lock = threading.RLock()
         self._carried: list[tuple[float, Position]] = []
+        self._followed: FollowedStage | None = None
         self._origin_mm = settings.object_at_mm
         self._run: Run | None = None
         self._runs = 0
@@ -77,6 +79,32 @@ class OpticalBench:
             if self._run:
                 self._run.forget_after(now_s)
 
+    def carried_by(self, stage: LinearStage) -> LinearStage:
+        """Let a stage carry the object that does not do so by itself: it is asked for its position from now on.
+
+        Args:
+            stage: open. A simulated or emulated one, which has called ``carry``, is given back as it is.
+
+        Returns:
+            The stage that is to be used.
+
+        Raises:
+            InputError: the stage keeps another time than the bench.
+        """
+        with self._lock:
+            if self._carried:
+                return stage
+            self._followed = FollowedStage(stage, self._clock)
+            self.carry(self._followed.position_mm)
+            return self._followed
+
+    def _look(self) -> None:
+        """Ask a stage that is followed where it is now; what was guessed since the last time is worked out anew."""
+        if self._followed is not None:
+            since_s = self._followed.look()
+            if self._run is not None:
+                self._run.forget_after(since_s)
+
     def _displacement(self, image_size: int) -> Displacement:
         """How the object moves, by what is known whenever it is asked."""
         if self._trajectory is not None:
@@ -99,6 +127,7 @@ class OpticalBench:
             InputError: photon counting, and the object lets no light through to the field at the first picture.
         """
         with self._lock:
+            self._look()
             settings = self._settings_of_run()
             sync = sync_line(
                 len(projection.play_order),
@@ -165,6 +194,7 @@ class OpticalBench:
     def edges(self, after: int, until_s: float) -> Edges:
         """Sync edges of the present projection with index >= ``after`` up to ``until_s`` on the bench's clock."""
         with self._lock:
+            self._look()
             if self._run is None:
                 return Edges(np.zeros(0), 0, finished=False)
             edge_s = self._run.edge_s

@@ -162,7 +162,7 @@ def _try(kind: type[SimulatedStage], test: Callable[..., None], monkeypatch: pyt
             call(test, rig=rig)
             return
         with rig.open() as stage:
-            spot = Spot(stage)
+            spot = Spot(stage, rig)
             too_far = {"asked": _too_far, "error": TravelExceeded}
             call(test, rig=rig, stage=stage, spot=spot, sign=-1, by="stage", monkeypatch=monkeypatch, **too_far)
 

@@ -92,6 +92,12 @@ _REFUSALS: Final[dict[int, ErrorType]] = {
 def _rows() -> Iterator[Row]:
     yield _at_opening("no board", 'kind = "unplug"', DriverUnavailable, "AlpDevAlloc", "1012")
     yield _at_opening("no power", 'kind = "power-loss"', DriverUnavailable, "AlpDevAlloc", "1001", "power")
+    for code in (1001, 1011, 1012):
+        yield Row(
+            fault=f"the board is not there yet, a moment after it was let go of ({code})",
+            modulator="alp",
+            emulator=_fault(f'kind = "refuse", at = "AlpDevAlloc", code = {code}'),
+        )
     yield _at_opening("somebody else has the board", 'kind = "other-owner"', DeviceBusy, "1004", "other program")
     yield _at_opening("no DMD on the board", 'kind = "no-dmd"', DriverUnavailable, "DMD type 255", "flat cable")
     yield _at_opening("no memory at all", 'kind = "memory-full"', DeviceError, "1007", "power-cycle")

@@ -10,12 +10,13 @@ from protocols import (
     DeviceRefused,
     DeviceTimeout,
     DriverUnavailable,
-    ProtocolViolation,
     TimingFault,
+    TriggerMissed,
 )
 from tests.faults.row import ErrorType, Row
 
 _TIMER: Final = "edge_timer = { timer = 1, counter = 1 }"
+_SYNC: Final = "sync_counter = 2"
 _WIRE: Final = "timer_wires = [{ timer = 1, counter = 1 }]\n"
 
 _REQUESTS: Final = {
@@ -62,13 +63,11 @@ def _rows() -> Iterator[Row]:
     yield _at_opening(
         "no right to use the board", _fault('kind = "no-permission"'), DriverUnavailable, "EACCES", "udev"
     )
-    yield Row(
-        fault="another program uses the board",
-        counter="usb-ctr",
-        emulator=_fault('kind = "interface-claimed"'),
-        error=DeviceBusy,
-        says=("pmt", "EBUSY", "other program"),
-        kept=0,
+    yield _at_opening(
+        "another program uses the board", _fault('kind = "interface-claimed"'), DeviceBusy, "EBUSY", "other program"
+    )
+    yield _at_opening(
+        "the maker's driver holds the board (Windows)", _fault('kind = "maker-driver"'), DriverUnavailable, "Zadig"
     )
     for number, name in _OPENING.items():
         for failure, error in _FAILURES.items():
@@ -142,16 +141,13 @@ def _rows() -> Iterator[Row]:
         counter="usb-ctr",
         keys=_TIMER,
         emulator=_WIRE + _fault('kind = "short-packet", at = 101'),
-        error=ProtocolViolation,
-        says=("pmt", "packet of 2 bytes"),
-        kept=100,
-        verdict="partial",
     )
     yield Row(
         fault="an empty packet in mid-run",
         counter="usb-ctr",
         emulator=_fault('kind = "zero-length-packet", at = 101'),
     )
+    yield from _full_packets()
     yield Row(fault="the last partial packet is withheld", counter="usb-ctr", emulator="flush_at_end = false")
     yield Row(fault="no zero-length packet at the end", counter="usb-ctr", emulator='zero_length_packet = "never"')
     yield Row(fault="a full-speed bus", counter="usb-ctr", emulator="high_speed = false")
@@ -194,6 +190,54 @@ def _rows() -> Iterator[Row]:
             verdict="failed",
             masked="all",
         )
+
+
+def _full_packets() -> Iterator[Row]:
+    yield Row(fault="the sync is wired to a counter too: full packets", counter="usb-ctr", keys=_SYNC, emulator=_SYNC)
+    yield Row(
+        fault="full packets, and the board takes a sample at the start of the scan too",
+        counter="usb-ctr",
+        keys=_SYNC,
+        emulator=_SYNC + "\nreads_at_start = true",
+        error=TimingFault,
+        says=("pmt", "set first_samples = 2"),
+        kept=0,
+    )
+    yield Row(
+        fault="full packets, and the board overruns",
+        counter="usb-ctr",
+        keys=_SYNC,
+        emulator=_SYNC + "\n" + _fault('kind = "overrun", at = 601'),
+        frames=200,
+        error=CounterOverrun,
+        says=("pmt", "after 512 samples"),
+        kept=511,
+        verdict="partial",
+    )
+    yield Row(
+        fault="full packets, and the last partial one is withheld",
+        counter="usb-ctr",
+        keys=_SYNC,
+        emulator=_SYNC + "\nflush_at_end = false",
+        frames=200,
+        error=TimingFault,
+        says=("pmt", "a scan that ended by itself"),
+        kept=1023,
+        verdict="partial",
+    )
+    yield Row(
+        fault="full packets, and one edge is lost: the board keeps the last packet",
+        counter="usb-ctr",
+        keys=_SYNC,
+        emulator=_SYNC,
+        scene='faults = [{ kind = "drop-edge", picture = 700 }]',
+        frames=200,
+        error=TriggerMissed,
+        says=("pmt",),
+        kept=1023,
+        verdict="failed",
+        masked="all",
+    )
 
 
 ROWS: Final = tuple(_rows())

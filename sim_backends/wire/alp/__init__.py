@@ -5,6 +5,7 @@ Written from the hardware sheet alone (``dlp7000.md``, sections 3, 7.1 and 8), n
 
 from sim_backends.wire.alp.board import EmulatedAlpBoard
 from sim_backends.wire.alp.library import AlpLibrary
+from sim_backends.wire.alp.plugin import open_library
 from sim_backends.wire.alp.settings import AlpEmulatorSettings
 
-__all__ = ["AlpEmulatorSettings", "AlpLibrary", "EmulatedAlpBoard"]
+__all__ = ["AlpEmulatorSettings", "AlpLibrary", "EmulatedAlpBoard", "open_library"]

@@ -4,12 +4,14 @@ Each refuses by raising ``Refused``; the library turns that into a return code.
 """
 
 import ctypes
+import math
 import threading
 from collections import Counter
 
 from sim_backends.bench import OpticalBench
 from sim_backends.wire.alp.codes import DMD_POWER_FLOAT, INVALID_ID, Code, Dev, Proj, Refused, Seq, State, require
 from sim_backends.wire.alp.device import Device
+from sim_backends.wire.alp.owner import Owner
 from sim_backends.wire.alp.projector import Projector
 from sim_backends.wire.alp.sequence import Sequence
 from sim_backends.wire.alp.settings import AlpEmulatorSettings, CallFault
@@ -39,6 +41,8 @@ class EmulatedAlpBoard:
         self._dead: int | None = None
         self._ids = 0x1000
         self._device_id: int | None = None
+        self._owner = Owner(settings.owner_file)
+        self._settled_s = -math.inf
         self._halts = 0
         self._power_up()
 
@@ -83,9 +87,11 @@ class EmulatedAlpBoard:
         require(bool(device), Code.ADDR_INVALID)
         _store(device, INVALID_ID)
         require(number in (0, self.settings.serial_number), Code.NOT_ONLINE)
-        require(self._device_id is None, Code.NOT_READY)
+        require(self._device_id is None and not self._owner.held, Code.NOT_READY)
+        require(self.bench.clock.now_s() >= self._settled_s, self.settings.reallocation_code)
         require(flags == 0)
         self._power_up()
+        self._owner.take()
         self._device_id = self._new_id()
         _store(device, self._device_id)
 
@@ -119,6 +125,8 @@ class EmulatedAlpBoard:
         settled = (State.IDLE,) if self.settings.free_needs_halt else (State.IDLE, State.READY)
         require(self._state in settled, Code.NOT_IDLE)
         self._device_id = None
+        self._owner.release()
+        self._settled_s = self.bench.clock.now_s() + self.settings.reallocation_s
         self._projector.halt()
         self._sequences.clear()
 
@@ -197,6 +205,21 @@ class EmulatedAlpBoard:
             with self._lock:
                 self._loading.remove(target)
 
+    def seq_put_ex(self, device: int, sequence: int, struct: int | None, data: int | None) -> None:
+        """AlpSeqPutEx: ``tAlpLinePut`` (dlp7000.md 3.7): some lines of each picture of a stretch, in the data format."""
+        require(bool(struct) and bool(data), Code.ADDR_INVALID)
+        mode, offset, load, line, lines = (ctypes.c_int32 * 5).from_address(struct or 0)
+        with self._lock:
+            target = self._sequence(device, sequence)
+            rows = target.geometry.rows
+            load = load or target.units - offset
+            lines = lines or rows - line
+            require(mode == 1 and offset >= 0 and load > 0 and offset + load <= target.units)
+            require(line >= 0 and lines > 0 and line + lines <= rows)
+            require(target.controls[Seq.PUT_LOCK] != 0 or not self._projector.uses(target), Code.SEQ_IN_USE)
+        line_bytes = target.put_lines(offset, load, (line, lines), data or 0)
+        self.bench.clock.sleep_s(load * lines * line_bytes / self.settings.usb_bytes_per_s)
+
     def _transfer(self, target: Sequence, offset: int, load: int, data: int, halts: int, *, aborted: bool) -> None:
         data_format = target.controls[Seq.DATA_FORMAT]
         unit_bytes = target.geometry.unit_bytes(data_format)
@@ -233,9 +256,9 @@ class EmulatedAlpBoard:
         self.proj_start(device, sequence, endless=True)
 
     def proj_halt(self, device: int) -> None:
-        """AlpProjHalt."""
+        """AlpProjHalt: a request; the running iteration plays to its end."""
         self._check(device)
-        self._projector.halt()
+        self._projector.request_halt()
 
     def proj_wait(self, device: int) -> None:
         """AlpProjWait: blocks, on the bench's clock."""
@@ -257,7 +280,7 @@ class EmulatedAlpBoard:
         require(projector.running is None, Code.NOT_IDLE)
         ranges = {
             Proj.MODE: (2301, 2302),
-            Proj.QUEUE_MODE: (0,),
+            Proj.QUEUE_MODE: (0, 1),
             Proj.WAIT_UNTIL: (0, 1),
             Proj.STEP: (0,),
         }

@@ -125,6 +125,7 @@ FUNCTIONS = frozenset(
         "SeqTiming",
         "SeqInquire",
         "SeqPut",
+        "SeqPutEx",
         "ProjStart",
         "ProjStartCont",
         "ProjHalt",
@@ -135,13 +136,14 @@ FUNCTIONS = frozenset(
         "ProjInquireEx",
     ]
 )
-"""Functions of dlp7000.md 3.2 that the emulator has. AlpSeqPutEx and the LED functions are not there."""
+"""Functions of dlp7000.md 3.2 that the emulator has. The LED functions are not there."""
 
 INVALID_ID = 0xFFFFFFFF
 LEVEL_HIGH, LEVEL_LOW = 2006, 2007
 EDGE_FALLING, EDGE_RISING = 2008, 2009
 BIN_NORMAL, BIN_UNINTERRUPTED = 2105, 2106
 MASTER, SLAVE = 2301, 2302
+SEQUENCE_QUEUE = 1
 PROJ_ACTIVE, PROJ_IDLE = 1200, 1201
 MSB_ALIGN, LSB_ALIGN, BINARY_TOPDOWN, BINARY_BOTTOMUP = 0, 1, 2, 3
 FLUT_NONE, FLUT_9BIT, FLUT_18BIT = 0, 1, 2

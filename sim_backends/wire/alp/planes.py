@@ -52,6 +52,13 @@ class Geometry:
         whole[plane.offset : plane.offset + len(body)] = body
         return np.frombuffer(bytes(whole), np.uint8).reshape(self.rows, self.row_bytes)[:, : self.columns // 8]
 
+    def merged(self, old: Plane | None, new: Plane, rows: slice) -> Plane:
+        """The old plane, dark where there is none, with these rows of the new one."""
+        padding = ((0, 0), (0, self.row_bytes - self.columns // 8))
+        whole = np.zeros((self.rows, self.columns // 8), np.uint8) if old is None else self.unpack(old).copy()
+        whole[rows] = self.unpack(new)[rows]
+        return keep(np.pad(whole, padding).tobytes())
+
     def unit_bytes(self, data_format: int) -> int:
         """Bytes of one unit of AlpSeqPut: a plane in the packed formats, a picture in the others."""
         packed = data_format in (BINARY_TOPDOWN, BINARY_BOTTOMUP)

@@ -13,6 +13,8 @@ def open_library(settings: AlpEmulatorSettings, context: BenchContext) -> AlpLib
     Raises:
         InputError: bench.toml has no ``[scene]``.
     """
+    if settings.owner_file is not None:
+        settings = settings.model_copy(update={"owner_file": context.folder / settings.owner_file})
     return AlpLibrary(EmulatedAlpBoard(settings, bench_of(context, "alp-emulator")))
 
 

@@ -1,6 +1,7 @@
 """What the board projects: from a sequence to pictures and edges on the optical bench, and how far it has come."""
 
 import math
+from collections import deque
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -14,6 +15,7 @@ from sim_backends.wire.alp.codes import (
     LEVEL_LOW,
     PROJ_ACTIVE,
     PROJ_IDLE,
+    SEQUENCE_QUEUE,
     SLAVE,
     Code,
     Proj,
@@ -44,6 +46,15 @@ class Running:
     """Whether ``end_s`` was brought forward."""
 
 
+@dataclass(frozen=True)
+class Waiting:
+    """A sequence that begins when those before it have ended."""
+
+    sequence_id: int
+    sequence: Sequence
+    endless: bool
+
+
 class Projector:
     """Master of the pictures: starts, counts down, halts."""
 
@@ -52,7 +63,7 @@ class Projector:
         self._settings = settings
         self._bench = bench
         self._geometry = geometry
-        self._waiting: tuple[int, Sequence, bool] | None = None
+        self._waiting: deque[Waiting] = deque()
         self._queue_ids = 0
         self._polarity = LEVEL_HIGH
         self._projection: Projection | None = None
@@ -72,9 +83,8 @@ class Projector:
         """Take note of what has ended by now, and start what waited for it."""
         while self.running is not None and self._bench.clock.now_s() >= self.end_s:
             ended, self.running = self.running, None
-            if self._waiting is not None:
-                (sequence_id, sequence, endless), self._waiting = self._waiting, None
-                self._begin(sequence_id, sequence, ended.end_s, endless=endless)
+            if self._waiting:
+                self._begin(self._waiting.popleft(), ended.end_s)
 
     @property
     def end_s(self) -> float:
@@ -88,22 +98,41 @@ class Projector:
     def uses(self, sequence: Sequence) -> bool:
         """Whether the sequence is shown, or waits for it."""
         shown = self.running is not None and self.running.sequence is sequence
-        return shown or (self._waiting is not None and self._waiting[1] is sequence)
+        return shown or any(waiting.sequence is sequence for waiting in self._waiting)
 
     def start(self, sequence_id: int, sequence: Sequence, synch_polarity: int, *, endless: bool) -> None:
-        """AlpProjStart or AlpProjStartCont: at once, or after the running one (one waiting position, replaced).
+        """AlpProjStart or AlpProjStartCont: at once, or after the running one.
+
+        In legacy mode there is one waiting position, which the last start takes, and an endless projection ends after its
+        running iteration when something waits for it. In queue mode all wait in order, an endless one until it is aborted.
 
         Raises:
-            Refused: dark phases or grey values, which the optical bench cannot show (1021).
+            Refused: grey values, which the optical bench cannot show (1021); a full queue.
         """
-        require(sequence.mode.uninterrupted, Code.CONFIG_MISMATCH)
+        require(sequence.mode.bits == 1, Code.CONFIG_MISMATCH)
         self._polarity = synch_polarity
-        if self.running is not None:
-            self._waiting = (sequence_id, sequence, endless)
-            return
-        self._begin(sequence_id, sequence, None, endless=endless)
+        starting = Waiting(sequence_id, sequence, endless)
+        if self.running is None:
+            self._begin(starting, None)
+        elif self._queues:
+            require(len(self._waiting) < self._positions, self._settings.full_queue_code)
+            self._waiting.append(starting)
+        else:
+            self._waiting.clear()
+            self._waiting.append(starting)
+            if self.running.iterations is None:
+                self._end_after(self.running.pictures)
 
-    def _begin(self, sequence_id: int, sequence: Sequence, edge_s: float | None, *, endless: bool) -> None:
+    @property
+    def _queues(self) -> bool:
+        return self.controls[Proj.QUEUE_MODE] == SEQUENCE_QUEUE
+
+    @property
+    def _positions(self) -> int:
+        return self._settings.queue_positions if self._queues else 1
+
+    def _begin(self, starting: Waiting, edge_s: float | None) -> None:
+        sequence_id, sequence, endless = starting.sequence_id, starting.sequence, starting.endless
         settings, timing = self._settings, sequence.timing
         first_edge_s = self._bench.clock.now_s() + settings.start_latency_us * 1e-6 if edge_s is None else edge_s
         picture_s, order = timing.picture_us * 1e-6, self._order(sequence)
@@ -188,22 +217,35 @@ class Projector:
             clock.advance_to(max(clock.now_s(), min(self.end_s, clock.now_s() + 0.1, give_up_s)))
             self.settle()
 
+    def request_halt(self) -> None:
+        """AlpProjHalt: forget what waits, and let the running iteration play to its end."""
+        self._waiting.clear()
+        if self.controls[Proj.MODE] == SLAVE:
+            self.halt()  # without triggers its iteration would never end
+        elif self.running is not None:
+            self._end_after(self.running.pictures)
+
     def halt(self) -> None:
         """Show nothing from now on, forget what waits."""
-        self._waiting = None
+        self._waiting.clear()
         if self.running is not None:
             self.running = None
         self._bench.dark()
 
     def abort(self, control: int) -> None:
         """ABORT_SEQUENCE, ABORT_FRAME, ABORT_ASYNC: end after the iteration, the picture, or at once."""
-        running, now_s = self.running, self._bench.clock.now_s()
-        if running is None:
+        if self.running is None:
             return
         if control == Proj.ABORT_ASYNC:
             self.halt()
             return
-        unit = running.pictures if control == Proj.ABORT_SEQUENCE else 1
+        self._end_after(self.running.pictures if control == Proj.ABORT_SEQUENCE else 1)
+
+    def _end_after(self, unit: int) -> None:
+        """End the running projection when ``unit`` pictures, or a multiple of them, are over."""
+        running, now_s = self.running, self._bench.clock.now_s()
+        if running is None:
+            return
         begun = math.ceil((now_s - running.start_s) / (unit * running.picture_s))
         shown = unit * max(1, begun)
         end_s = min(running.end_s, running.start_s + shown * running.picture_s)
@@ -218,12 +260,11 @@ class Projector:
         Raises:
             Refused: an inquiry that is not known here.
         """
-        free = 0 if self._waiting is not None else 1
         values = {
             **self.controls,
             Proj.QUEUE_ID: self._queue_ids or 0xFFFFFFFF,
-            Proj.QUEUE_MAX_AVAIL: 1,
-            Proj.QUEUE_AVAIL: free,
+            Proj.QUEUE_MAX_AVAIL: self._positions,
+            Proj.QUEUE_AVAIL: self._positions - len(self._waiting),
             Proj.STATE: PROJ_IDLE if self.running is None else PROJ_ACTIVE,
         }
         if self.table.slots:
@@ -233,7 +274,7 @@ class Projector:
 
     def progress(self) -> tuple[int, ...]:
         """The nine words of tAlpProjProgress; its counters count down (dlp7000.md 3.7)."""
-        running, waiting = self.running, 0 if self._waiting is None else 1
+        running, waiting = self.running, len(self._waiting)
         if running is None:
             return (0xFFFFFFFF, 0xFFFFFFFF, waiting, 0, 0, 0, 0, 0, 1)
         elapsed_s = max(0.0, self._bench.clock.now_s() - running.start_s)
@@ -248,4 +289,4 @@ class Projector:
 
     def forget_waiting(self) -> None:
         """ALP_PROJ_RESET_QUEUE: the running one is not affected."""
-        self._waiting = None
+        self._waiting.clear()

@@ -1,5 +1,6 @@
 """A sequence on the board: its controls, its timing and its planes (dlp7000.md 3.5)."""
 
+import ctypes
 from dataclasses import dataclass, field
 
 from sim_backends.wire.alp.codes import (
@@ -68,6 +69,28 @@ class Sequence:
         """Units of AlpSeqPut: pictures, or bit planes in the packed formats (dlp7000.md 3.8)."""
         packed = self.controls[Seq.DATA_FORMAT] in (BINARY_TOPDOWN, BINARY_BOTTOMUP)
         return self.pictures * (self.bit_planes if packed else 1)
+
+    def put_lines(self, offset: int, load: int, lines: tuple[int, int], data: int) -> int:
+        """Overwrite some lines of ``load`` units from ``offset`` on with what stands at the address ``data``.
+
+        Returns:
+            Bytes of one line.
+        """
+        first, count = lines
+        data_format = self.controls[Seq.DATA_FORMAT]
+        line_bytes = self.geometry.unit_bytes(data_format) // self.geometry.rows
+        planes_a_unit = len(self.planes) // self.units
+        for unit in range(load):
+            body = ctypes.string_at(data + unit * count * line_bytes, count * line_bytes)
+            top, bottom = first, self.geometry.rows - first - count
+            framed = bytes(top * line_bytes) + body + bytes(bottom * line_bytes)
+            place = (offset + unit) * planes_a_unit
+            for plane, new in enumerate(self.geometry.planes_of(framed, data_format, planes_a_unit)):
+                rows = slice(first, first + count)
+                if data_format == BINARY_BOTTOMUP:
+                    rows = slice(self.geometry.rows - first - count, self.geometry.rows - first)
+                self.planes[place + plane] = self.geometry.merged(self.planes[place + plane], new, rows)
+        return line_bytes
 
     def set_timing(self, asked: Asked) -> None:
         """AlpSeqTiming: it also puts BITNUM and BIN_MODE in force, so it must come after them (dlp7000.md 3.9).

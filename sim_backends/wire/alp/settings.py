@@ -1,5 +1,6 @@
 """The ``[modulator.emulator]`` table: what the sheet leaves open about a V-7000, and what shall go wrong."""
 
+from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field, field_validator
@@ -152,6 +153,22 @@ class AlpEmulatorSettings(Frozen):
 
     endless_pictures: LaidOut = 200_000
     """Number of pictures of an endless or much repeated projection that are laid out on the optical bench."""
+
+    queue_positions: Number = 16
+    """Sequences that may wait in ALP_PROJ_SEQUENCE_QUEUE [U]. In legacy mode one may [V]."""
+
+    full_queue_code: Number = 1002
+    """Answer to a start where no position is free [U]."""
+
+    reallocation_s: Level = 0.0
+    """Time after AlpDevFree within which AlpDevAlloc gives ``reallocation_code``."""
+
+    reallocation_code: Number = 1001
+    """Answer to an allocation that comes too early: 1001, 1011 and 1012 were seen [S]."""
+
+    owner_file: Path | None = None
+    """A file that stands for the board's memory of its owner: it is there while the board is allocated, and AlpDevAlloc gives
+    1004 while it is. Who is killed leaves it behind; deleting it is the power cycle. Relative to bench.toml."""
 
     patience_s: SomeSeconds = 3600.0
     """AlpProjWait on a projection that never ends comes back after this long with 1999, instead of never."""

@@ -72,9 +72,12 @@ class Asked:
         """
         dark_us = mode.dark_us(settings)
         picture_us = self.picture_us
+        # Uninterrupted, an illuminate time longer than the picture is no error: it is ignored.
+        ignored = mode.uninterrupted and 0 < picture_us < self.illuminate_us
+        asked_us = 0 if ignored else self.illuminate_us
         if picture_us == 0:
-            picture_us = self.illuminate_us + dark_us if self.illuminate_us else settings.default_picture_time_us
-        illuminate_us = self.illuminate_us or max(mode.min_illuminate_us(settings), picture_us - settings.min_dark_us)
+            picture_us = asked_us + dark_us if asked_us else settings.default_picture_time_us
+        illuminate_us = asked_us or max(mode.min_illuminate_us(settings), picture_us - settings.min_dark_us)
         default_pulse_us = illuminate_us + (0 if mode.uninterrupted else self.synch_delay_us)
         times = (self.illuminate_us, self.picture_us, self.synch_delay_us, self.synch_pulse_us)
         rules = (

@@ -25,7 +25,7 @@ from sim_backends.wire.ni.errors import (
     NiError,
     ServerGone,
 )
-from sim_backends.wire.ni.settings import CallFault, Held, NiEmulatorSettings, ShortRead
+from sim_backends.wire.ni.settings import BUSES, CallFault, Held, NiEmulatorSettings, ShortRead
 from sim_backends.wire.ni.task import EveryN, State, Task, Value
 from sim_backends.wire.ni.terminals import Terminals
 
@@ -101,6 +101,9 @@ class EmulatedNiBoard:
             c.DEV_MEAS_TYPES: (c.COUNT_EDGES,),
             c.DEV_SAMP_MODES: (c.FINITE, c.CONTINUOUS),
             c.DEV_TERMINALS: ", ".join(self._terminals.of(name)),
+            c.DEV_BUS_TYPE: BUSES[settings.bus][0],
+            c.DEV_CATEGORY: settings.product_category,
+            c.DEV_NUMBER: settings.product_number,
             c.DEV_CI_CHANNELS: ", ".join(self._terminals.counters(name)),
         }
         if attribute not in told:

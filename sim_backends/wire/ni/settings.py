@@ -1,6 +1,6 @@
 """The ``[counter.emulator]`` table of an emulated NI board: what the sheet leaves open, and what shall go wrong."""
 
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Final, Literal, TypeAlias
 
 from pydantic import Field
 
@@ -118,6 +118,10 @@ NiFault: TypeAlias = Annotated[
 """Something that goes wrong on this board."""
 
 
+BUSES: Final = {"PCIe": (13612, 10054), "PXIe": (14706, 10054), "USB": (12586, 12590)}
+"""Bus type of a board, and how its counter data travel: by DMA, or in USB bulk transfers (``nidaqmx.constants``)."""
+
+
 class NiEmulatorSettings(Frozen):
     """An X-series board behind a gRPC device server. Marks as in the sheet: [I] inferred, [R] recalled, [U] unknown."""
 
@@ -126,6 +130,15 @@ class NiEmulatorSettings(Frozen):
 
     product_type: str = "PCIe-6321"
     """Name of the product, as ``Device.product_type`` tells it."""
+
+    product_number: Index = 0x74A5
+    """The board's hardware number, as told [U]."""
+
+    product_category: Index = 15858
+    """15858 is "X Series DAQ", 14643 "M Series DAQ"."""
+
+    bus: Literal["PCIe", "PXIe", "USB"] = "PCIe"
+    """Bus that the board is on. It decides the bus type told, and how counter data travel."""
 
     driver_version: tuple[Index, Index, Index] = (24, 8, 0)
     """Major, minor, update. From 24.5 on the client asks for READ_ALL_AVAILABLE in another way."""

@@ -16,7 +16,7 @@ from sim_backends.wire.ni.errors import (
     TASK_IS_RUNNING,
     NiError,
 )
-from sim_backends.wire.ni.settings import NiEmulatorSettings
+from sim_backends.wire.ni.settings import BUSES, NiEmulatorSettings
 from sim_backends.wire.ni.terminals import Terminals
 
 Value: TypeAlias = int | float | bool | str
@@ -170,6 +170,7 @@ class Task:
             ("Trig", c.ARM_EDGE): c.RISING,
             ("Trig", c.PAUSE_TYPE): c.NO_TRIGGER,
             ("Buffer", c.BUF_INPUT): self._default_buffer(),
+            ("Chan", c.CH_XFER): BUSES[self._settings.bus][1],
             ("Read", c.READ_OVERWRITE): c.DO_NOT_OVERWRITE,
             ("Read", c.READ_ALL): False,
         }

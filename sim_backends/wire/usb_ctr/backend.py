@@ -110,6 +110,8 @@ class UsbCtrBackend(_IBackend):  # type: ignore[misc]
         """Open the device, unless a fault forbids it."""
         if self.board.gone:
             raise _no_device()
+        if self._refuses("maker-driver"):
+            raise NotImplementedError("Operation not supported or unimplemented on this platform")
         if self._refuses("no-permission"):
             raise _error("Access denied (insufficient permissions)", -3, errno.EACCES)
         return Handle()
@@ -126,6 +128,8 @@ class UsbCtrBackend(_IBackend):  # type: ignore[misc]
             raise _no_device()
         if config_value not in (0, 1):
             raise _error("Entity not found", -5, errno.ENOENT)
+        if self._holder is not None:
+            raise _error("Resource busy", -6, errno.EBUSY)
 
     def get_configuration(self, dev_handle: Handle) -> int:
         """The one configuration."""
@@ -156,9 +160,11 @@ class UsbCtrBackend(_IBackend):  # type: ignore[misc]
         raise _error("Entity not found", -5, errno.ENOENT)
 
     def clear_halt(self, dev_handle: Handle, ep: int) -> None:
-        """The endpoint never halts."""
+        """The endpoint never halts. As on Windows and macOS, the interface must be claimed (libusb: NOT_FOUND)."""
         if self.board.gone:
             raise _no_device()
+        if self._holder is not dev_handle:
+            raise _error("Entity not found", -5, errno.ENOENT)
 
     def reset_device(self, dev_handle: Handle) -> None:
         """A reset of the port; the FPGA keeps its image."""

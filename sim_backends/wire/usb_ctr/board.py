@@ -27,13 +27,15 @@ class EmulatedUsbCtrBoard:
         self._calls: Counter[int] = Counter()
         self._max_packet = 512 if settings.high_speed else 64
         self._loaded_bytes: int | None = None
+        self._zero_bytes = False
         self._configured = settings.fpga_configured
         timers = [Timer() for _ in range(4)]
         counters = Counters(settings, timers)
         self._scanner = Scanner(settings, bench, counters)
         registers = RegisterRequests(counters, timers, self._scanner.now)
         house = Housekeeping(settings.serial_number)
-        self._on_fpga = {*registers.writes, *self._scanner.writes, 0x00, 0x01, 0x02, 0x43, 0x52}
+        on_fpga = {*registers.writes, *self._scanner.writes, 0x00, 0x01, 0x02, 0x43, 0x52}
+        self._on_fpga = on_fpga - set(registers.of_timers)  # the timers are the microcontroller's
         self._writes: dict[int, Write] = {
             **registers.writes,
             **self._scanner.writes,
@@ -44,6 +46,7 @@ class EmulatedUsbCtrBoard:
         }
         self._reads: dict[int, Read] = {
             **registers.reads,
+            **self._scanner.reads,
             **house.reads,
             0x40: self._status,
             0x52: lambda _value, _index, _size: settings.fpga_version.to_bytes(2, "little"),
@@ -114,16 +117,18 @@ class EmulatedUsbCtrBoard:
     def _configure(self, _value: int, _index: int, data: bytes) -> None:
         if data != UNLOCK:
             raise Stall
-        self._configured, self._loaded_bytes = False, 0
+        self._configured, self._loaded_bytes, self._zero_bytes = False, 0, False
 
     def _load(self, _value: int, _index: int, data: bytes) -> None:
         if self._loaded_bytes is None or len(data) > 64:
             raise Stall
         self._loaded_bytes += len(data)
+        self._zero_bytes = data == bytes(2)
 
     def _end_configuration(self) -> None:
         """The first request after a whole image finds the FPGA configured."""
         refused = any(isinstance(fault, FpgaRefused) for fault in self.settings.faults)
+        refused |= self.settings.fpga_needs_zero_bytes and not self._zero_bytes
         if self._loaded_bytes is not None and self._loaded_bytes >= self.settings.fpga_image_bytes and not refused:
             self._configured, self._loaded_bytes = True, None
 

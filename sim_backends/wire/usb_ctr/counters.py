@@ -14,6 +14,7 @@ CLEAR_ON_READ = 0x01
 COUNT_DOWN = 0x04
 _TICKS_S = (1 / 48e6, 10 / 48e6, 100 / 48e6, 1000 / 48e6)
 _TOTALIZE, _PERIOD = 0, 1
+_PERIODS = (1, 10, 100, 1000)
 
 Register = NDArray[np.uint64]
 
@@ -48,7 +49,10 @@ class Registers:
 
 
 class Counters:
-    """All counters of a device. Totalizing and, on the sync input, the period x1; other modes and gates count nothing."""
+    """All counters of a device. Totalizing and the period: x1 of the sync, any multiple of a timer that is wired to the input.
+
+    Other modes and gates count nothing.
+    """
 
     def __init__(self, settings: UsbCtrEmulatorSettings, timers: list[Timer]) -> None:
         self.registers = [
@@ -90,6 +94,8 @@ class Counters:
             ticks: Register = np.rint(period_s / _TICKS_S[register.mode >> 4 & 0x03]).astype(np.uint64)
             return ticks
         register.latched_s = float(at.time_s[-1])
+        if register.mode & 0x03 == _PERIOD:
+            return np.full(len(at.time_s), self._timer_period(index), np.uint64)
         if register.mode & 0x03 != _TOTALIZE:
             return np.zeros(len(at.time_s), np.uint64)
         total = self.total(index, at)
@@ -100,6 +106,15 @@ class Counters:
             count = total - register.zero
         value: Register = (-count if register.options & COUNT_DOWN else count).astype(np.int64).view(np.uint64)
         return value
+
+    def _timer_period(self, index: int) -> int:
+        """1, 10, 100 or 1000 periods of the timer on this input in ticks; 0 where none runs."""
+        mode = self.registers[index].mode
+        for wire in self._settings.timer_wires:
+            timer = self._timers[wire.timer]
+            if wire.counter == index and timer.runs:
+                return round(_PERIODS[mode >> 2 & 0x03] * (timer.high_s + timer.low_s) / _TICKS_S[mode >> 4 & 0x03])
+        return 0
 
     def put(self, index: int, value: int, at: Moments) -> None:
         """Set a counter to ``value`` at the last moment of ``at``."""

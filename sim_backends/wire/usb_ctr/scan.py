@@ -12,6 +12,7 @@ from sim_backends.wire.usb_ctr.counters import Moments, Register
 from sim_backends.wire.usb_ctr.settings import ClearRace, ScanFault, UsbCtrEmulatorSettings
 
 KEEP_COUNTERS = 0x01
+_FULL_PACKET_WORDS = 256
 _START = struct.Struct("<IIIBB")
 _DIO, _ZERO_FILL = 0x20, 0x40
 
@@ -168,7 +169,7 @@ class Scan:
     def _end(self) -> None:
         """All scans are in: send the rest, and say with an empty packet that there is no more."""
         self.running, self.complete = False, True
-        if self._settings.flush_at_end and self._partial:
+        if self._settings.flush_at_end and self._partial and self.start.packet_words == _FULL_PACKET_WORDS:
             self._send(bytes(self._partial))
         last = len(self._fifo[-1]) if self._fifo else 0
         rule = self._settings.zero_length_packet

@@ -5,7 +5,7 @@ import numpy as np
 from sim_backends.bench import OpticalBench
 from sim_backends.wire.seen_edges import SeenEdges
 from sim_backends.wire.usb_ctr.counters import Counters, Moments
-from sim_backends.wire.usb_ctr.requests import Stall, Write, exactly
+from sim_backends.wire.usb_ctr.requests import Read, Stall, Write, exactly
 from sim_backends.wire.usb_ctr.scan import KEEP_COUNTERS, Scan, Start
 from sim_backends.wire.usb_ctr.settings import UsbCtrEmulatorSettings
 from sim_backends.wire.usb_ctr.timers import BASE_HZ
@@ -26,6 +26,7 @@ class Scanner:
         self._photons = 0
         self._edges_seen = 0
         self._elements = b""
+        self._list = bytes(_MOST_ELEMENTS)
         self._fresh = False
         self.writes: dict[int, Write] = {
             0x20: self._configure,
@@ -34,6 +35,7 @@ class Scanner:
             0x23: self._clear,
             0x24: self._flush,
         }
+        self.reads: dict[int, Read] = {0x20: self._configuration}
 
     def now(self) -> Moments:
         """What has come until now, as far as it was looked at."""
@@ -50,7 +52,12 @@ class Scanner:
         elements = exactly(data, _MOST_ELEMENTS)[: index + 1]
         if any(not element & _NOT_A_COUNTER and element & 0x07 >= len(self._counters) for element in elements):
             raise Stall
-        self._elements = elements
+        self._elements, self._list = elements, data
+
+    def _configuration(self, _value: int, _index: int, _size: int) -> bytes:
+        if self.scanning:
+            raise Stall
+        return self._list
 
     def _start(self, _value: int, _index: int, data: bytes) -> None:
         if self.scanning or not self._elements:
@@ -97,10 +104,10 @@ class Scanner:
         self._edges_seen += len(time_s)
 
     def _paced(self, scan: Scan, at: Moments, now_s: float) -> Moments:
-        """The moments of the internal pacer, with what had come by then."""
+        """The moments of the internal pacer, with what had come by then. Scan 0 is taken at the start, and holds nothing."""
         period_s = (scan.start.pacer_period + 1) / BASE_HZ
         last = int((now_s - scan.started_s) / period_s + 1e-6)
-        time_s = scan.started_s + period_s * np.arange(scan.done + 1, last + 1, dtype=np.float64)
+        time_s = scan.started_s + period_s * np.arange(scan.done, last + 1, dtype=np.float64)
         before = np.searchsorted(at.time_s, time_s, side="right")
         photons = np.concatenate([[self._photons], at.photons])[before]
         return Moments(time_s, photons, (self._edges_seen + before).astype(np.int64))
@@ -113,5 +120,5 @@ class Scanner:
         scans = scan.scans_to_packet()
         if scan.start.pacer_period == 0:
             return self._edges.time_of(scans, until_s)
-        at_s = scan.started_s + (scan.done + scans) * (scan.start.pacer_period + 1) / BASE_HZ
+        at_s = scan.started_s + (scan.done + scans - 1) * (scan.start.pacer_period + 1) / BASE_HZ
         return at_s if at_s <= until_s else None

@@ -29,9 +29,12 @@ class FpgaRefused(Frozen):
 
 
 class NoAccess(Frozen):
-    """The device cannot be opened (errno 13), or another program holds its interface (errno 16)."""
+    """The device cannot be opened (errno 13), its interface is held (errno 16), or the maker's driver holds it.
 
-    kind: Literal["no-permission", "interface-claimed"]
+    What the maker's driver holds, libusb cannot open: pyusb raises NotImplementedError.
+    """
+
+    kind: Literal["no-permission", "interface-claimed", "maker-driver"]
     """Reason for which the board cannot be opened."""
 
 
@@ -112,6 +115,10 @@ class UsbCtrEmulatorSettings(Frozen):
     fpga_image_bytes: Number = 1
     """Bytes after which the FPGA is configured, whatever they are. The maker's image is longer [U]."""
 
+    fpga_needs_zero_bytes: bool = False
+    """Whether the FPGA is configured only after a transfer of two zero bytes behind the image, which the maker's library sends
+    to this family; another public driver does not [U]."""
+
     fpga_version: Annotated[int, Field(ge=0, le=0xFFFF)] = 0x0102
     """Version of the FPGA image in BCD: 0x0102 is 01.02."""
 
@@ -136,8 +143,8 @@ class UsbCtrEmulatorSettings(Frozen):
     reads_at_start: bool = False
     """Whether a scan is taken as soon as scanning starts, before any edge ("point 0", seen in MCS mode) [U]."""
 
-    scan_done_mask: Annotated[int, Field(ge=0, le=0xFFFF)] = 0x60
-    """Status bits of a scan that is done: 0x20 or 0x40, by source; here both."""
+    scan_done_mask: Annotated[int, Field(ge=0, le=0xFFFF)] = 0x20
+    """Status bits of a scan that is done: 0x20 is likelier, as 0x40 belongs to output scans in the maker's library."""
 
     pacer_overrun_mask: Annotated[int, Field(ge=0, le=0xFFFF)] = 0x04
     """Status bits when the clock was too fast [U]."""
@@ -152,7 +159,8 @@ class UsbCtrEmulatorSettings(Frozen):
     """Words a second at most; faster edges overrun the pacer [V]."""
 
     flush_at_end: bool = True
-    """Whether a finite scan that is complete sends its last partial packet. One that is stopped never does [V]."""
+    """Whether a finite scan that is complete sends its last partial packet, where packets have 256 words; with another size
+    of packet it was not seen to [S]. One that is stopped never does [V]."""
 
     zero_length_packet: Literal["full-packet", "total", "never"] = "full-packet"
     """When a complete scan ends with an empty packet: if its last packet was full, if its whole length is a multiple of the

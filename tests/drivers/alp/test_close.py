@@ -106,7 +106,7 @@ def test_any_code_from_any_call_is_a_kinopix_error_and_nothing_stays_held(place:
     with suppress(KinopixError):
         whole_life(alp)
     failed = alp.calls[place][0] if place < len(alp.calls) else ""
-    if failed == "AlpDevAlloc":
+    if failed == "AlpDevAlloc" and code not in (1001, 1011, 1012):
         assert [call[0] for call in alp.calls] == ["AlpDevAlloc"]
     else:
         assert alp.calls[-1] == ("AlpDevFree", DEVICE)

@@ -2,7 +2,15 @@
 
 import pytest
 
-from protocols import DeviceBusy, DeviceError, DriverUnavailable, InputError, ModulatorLimits, PatternModulator
+from protocols import (
+    DeviceBusy,
+    DeviceError,
+    DeviceRefused,
+    DriverUnavailable,
+    InputError,
+    ModulatorLimits,
+    PatternModulator,
+)
 from tests.drivers.alp.fake_alp import DEVICE, FakeAlp
 
 PROBE = 0x80000001
@@ -122,13 +130,41 @@ def test_an_unknown_version_can_be_accepted_by_setting() -> None:
     assert alp.open(accept_any_version=True).identity.driver.endswith("0x0014")
 
 
-@pytest.mark.parametrize(("code", "error"), [(1001, DriverUnavailable), (1004, DeviceBusy), (1012, DriverUnavailable)])
-def test_a_board_that_cannot_be_taken_is_not_freed(code: int, error: type[DeviceError]) -> None:
+@pytest.mark.parametrize(
+    ("code", "error", "asked"),
+    [(1004, DeviceBusy, 1), (1010, DeviceRefused, 1), *((code, DriverUnavailable, 9) for code in (1001, 1011, 1012))],
+)
+def test_a_board_that_cannot_be_taken_is_not_freed(code: int, error: type[DeviceError], asked: int) -> None:
+    """1001, 1011 and 1012 were seen on boards that were let go of a moment ago: they are asked again for two seconds."""
     alp = FakeAlp()
     alp.codes["AlpDevAlloc"] = code
+    begun_s = alp.clock.now_s()
     with pytest.raises(error, match=str(code)):
         alp.open()
-    assert alp.calls == [("AlpDevAlloc", 0, 0)]
+    assert alp.calls == [("AlpDevAlloc", 0, 0)] * asked
+    assert alp.clock.now_s() - begun_s == (2.0 if asked == 9 else 0.0)
+
+
+def test_a_board_that_is_there_a_moment_later_is_taken() -> None:
+    alp = FakeAlp()
+    alp.keep_opening, alp.fail_at = True, (0, 1001)
+    assert alp.open().identity.serial == "4711"
+    assert alp.calls[:3] == [("AlpDevAlloc", 0, 0), ("AlpDevAlloc", 0, 0), ("AlpDevInquire", DEVICE, 2001)]
+
+
+def test_a_board_that_may_be_held_says_by_whom_and_what_to_do() -> None:
+    """1001 was seen for a board in use; one whose owner was killed stays allocated until it is switched off."""
+    alp = FakeAlp()
+    alp.codes["AlpDevAlloc"] = 1001
+    with pytest.raises(
+        DriverUnavailable, match=r"asked for two seconds; or one that another program holds.*close other"
+    ):
+        alp.open()
+    alp.codes["AlpDevAlloc"] = 1004
+    with pytest.raises(
+        DeviceBusy, match=r"another program, or by one that was killed.*switch the board off for ten seconds"
+    ):
+        alp.open()
 
 
 def test_a_board_that_does_not_know_the_look_up_table_works_without() -> None:

@@ -77,7 +77,8 @@ class ScriptedTask:
 
 
 X_SERIES = NiBoardFacts(
-    product="PCIe-6323", serial="1A2B3C", simulated=False, sample_clocked_counting=True, counter_bits=32
+    product="PCIe-6323", serial="1A2B3C", simulated=False, sample_clocked_counting=True, counter_bits=32,
+    max_timebase_hz=100e6, counters=("ctr0", "ctr1", "ctr2", "ctr3"),
 )  # fmt: skip
 
 

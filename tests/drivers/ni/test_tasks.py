@@ -41,6 +41,8 @@ ANSWERS: dict[str, dict[str, Any]] = {
     "GetDeviceAttributeUInt32 0x632": {"value": 0x1A2B},
     "GetDeviceAttributeBool 0x299e": {"value": True},
     "GetDeviceAttributeUInt32 0x299f": {"value": 32},
+    "GetDeviceAttributeDouble 0x29a0": {"value": 100e6},
+    "GetDeviceAttributeString 0x2324": {"value": "Dev1/ctr0, Dev1/ctr1"},
     "GetSystemInfoAttributeString 0x193b": {"value": "Dev1, Dev2"},
     "GetSystemInfoAttributeUInt32 0x1272": {"value": 24},
 }
@@ -52,6 +54,7 @@ class Server:
     def __init__(self) -> None:
         self.calls: list[str] = []
         self.reads: list[tuple[int, list[int]] | int] = []
+        self.refuses: dict[str, int] = {}
 
     def __getattr__(self, rpc: str) -> Any:
         if not rpc[0].isupper():
@@ -67,6 +70,9 @@ class Server:
         self.calls.append(f"{rpc} {attribute:#x}" if attribute else rpc)
         if rpc == "ReadCounterU32Ex":
             return self._read(request, context)
+        if self.calls[-1] in self.refuses:
+            context.set_trailing_metadata((("ni-error", str(self.refuses[self.calls[-1]])),))
+            return context.abort(grpc.StatusCode.UNKNOWN, "refused")
         response = getattr(messages, f"{rpc}Response")()
         for name, value in ANSWERS.get(self.calls[-1], {}).items():
             setattr(response, name, value)
@@ -102,8 +108,18 @@ def system_on(server: SimpleNamespace) -> NiSystem:
 def test_a_board_is_asked_for_product_serial_clock_and_width(server: SimpleNamespace) -> None:
     system = system_on(server)
     assert system.boards() == ("Dev1", "Dev2")
-    assert system.board("Dev1") == NiBoardFacts("PCIe-6323", "1A2B", False, True, 32)
+    assert system.board("Dev1") == NiBoardFacts("PCIe-6323", "1A2B", False, True, 32, 100e6, ("ctr0", "ctr1"))
     assert system.version.endswith("NI-DAQmx 24.0.0")
+
+
+@pytest.mark.parametrize("code", [-200452, -200197])
+def test_a_board_without_the_property_of_a_sample_clock_has_none(server: SimpleNamespace, code: int) -> None:
+    """As on a USB-6002 or USB-6008, which count only when they are asked."""
+    server.servicer.refuses["GetDeviceAttributeBool 0x299e"] = code
+    assert not system_on(server).board("Dev1").sample_clocked_counting
+    server.servicer.refuses["GetDeviceAttributeBool 0x299e"] = -201003
+    with pytest.raises(NiFault, match=r"refused|-201003"):
+        system_on(server).board("Dev1")
 
 
 def test_a_task_is_configured_by_the_calls_of_the_fact_sheet(server: SimpleNamespace) -> None:

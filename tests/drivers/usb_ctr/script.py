@@ -16,6 +16,7 @@ class ScriptedPipe:
     packets: list[bytes | UsbFault] = field(default_factory=list[bytes | UsbFault])
     product_id: int = 0x012E
     closed: bool = False
+    claimed: bool = False
 
     def ask(self, command: int, value: int, index: int, n_bytes: int) -> bytes:
         answer = self._next(f"{command:02x} {value:x} {index:x}")
@@ -30,6 +31,9 @@ class ScriptedPipe:
         if isinstance(packet, UsbFault):
             raise packet
         return packet
+
+    def claim(self) -> None:
+        self.claimed = True
 
     def clear_halt(self) -> None:
         assert self._next("clear halt 86") is None
@@ -50,7 +54,7 @@ SERIAL: Line = ("48 0 0", b"01234567")
 VERSION: Line = ("52 0 0", b"\x02\x01")
 WELL: Line = ("40 0 0", b"\x02\x01")
 OVERRUN: Line = ("40 0 0", b"\x06\x01")
-DONE: Line = ("40 0 0", b"\x40\x01")
+DONE: Line = ("40 0 0", b"\x20\x01")
 
 OPEN: list[Line] = [SERIAL, VERSION]
 COUNT: Line = ("18 0 0 0001000010", None)

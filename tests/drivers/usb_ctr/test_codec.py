@@ -64,9 +64,10 @@ def test_a_timer_takes_period_width_count_delay_and_a_control_bit() -> None:
 
 def test_the_fpga_is_unlocked_by_ad_and_fed_in_blocks_of_64() -> None:
     requests = codec.load_fpga(bytes(range(130)))
-    assert [(r.command, len(r.data)) for r in requests] == [(0x50, 1), (0x51, 64), (0x51, 64), (0x51, 2)]
+    assert [(r.command, len(r.data)) for r in requests] == [(0x50, 1), (0x51, 64), (0x51, 64), (0x51, 2), (0x51, 2)]
     assert requests[0].data == b"\xad"
-    assert b"".join(r.data for r in requests[1:]) == bytes(range(130))
+    assert b"".join(r.data for r in requests[1:-1]) == bytes(range(130))
+    assert requests[-1].data == b"\0\0"
 
 
 @pytest.mark.parametrize(

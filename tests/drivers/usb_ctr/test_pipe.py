@@ -13,7 +13,7 @@ import pytest
 from drivers.usb_ctr.pipe import UsbFault, UsbPipe, find_pipes
 from drivers.usb_ctr.plugin import availability, open_counter, probe, run_self_test
 from drivers.usb_ctr.settings import UsbCtrSettings
-from protocols import BenchContext, CounterRun, DeviceTimeout, DriverUnavailable, InputError
+from protocols import BenchContext, CounterRun, DeviceBusy, DeviceTimeout, DriverUnavailable, InputError
 from tests.drivers.h10682.clock import ScriptClock
 
 core: Any = import_module("usb.core")
@@ -41,6 +41,9 @@ class Backend:
     transfers: list[str] = field(default_factory=list[str])
     error: BaseException | None = None
     closed: int = 0
+    claimed: bool = False
+    held: bool = False
+    """Whether another program has the interface."""
 
     def enumerate_devices(self) -> Iterator[int]:
         return iter(range(len(self.serials)))
@@ -75,12 +78,16 @@ class Backend:
         return 1
 
     def claim_interface(self, handle: int, intf: int) -> None:
-        """Claimed."""
+        if self.held:
+            raise core.USBError("Resource busy", -6, errno.EBUSY)
+        self.claimed = True
 
     def release_interface(self, handle: int, intf: int) -> None:
         """Released."""
 
     def clear_halt(self, handle: int, endpoint: int) -> None:
+        if not self.claimed:
+            raise core.USBError("Entity not found", -5, errno.ENOENT)
         self.transfers.append(f"clear {endpoint:02x}")
 
     def bulk_read(self, handle: int, endpoint: int, intf: int, buffer: "array[int]", timeout: int) -> int:
@@ -116,6 +123,7 @@ def test_control_transfers_are_vendor_requests_to_the_device() -> None:
     pipe = only(backend)
     assert pipe.ask(0x48, 0, 0, 8) == b"01234567"
     pipe.tell(0x24, 5, 0, b"")
+    pipe.claim()
     pipe.clear_halt()
     assert backend.transfers == ["24 5 0", "clear 86"]
 
@@ -144,6 +152,30 @@ def test_a_whole_run_through_the_real_pyusb_package() -> None:
         assert counter.disarm().edges_seen == 3
     assert backend.transfers[-3:] == ["22 0 0", "23 0 0", "24 5 0"]
     assert backend.closed == 1
+
+
+def test_the_interface_is_claimed_at_opening_so_that_a_halt_can_be_cleared_everywhere() -> None:
+    """Libusb on Windows and macOS finds no endpoint on an interface that nobody has claimed."""
+    backend = Backend([b"01234567"])
+    with pytest.raises(UsbFault, match="Entity not found"):
+        only(backend).clear_halt()
+    with open_counter(UsbCtrSettings(), BenchContext(clock=ScriptClock(), transport=backend)) as counter:
+        assert backend.claimed
+        counter.arm(CounterRun(n_bins=2, period_s=50e-6))
+
+
+def test_a_board_that_another_program_holds_is_refused_at_opening_and_its_neighbour_is_not() -> None:
+    with pytest.raises(DeviceBusy, match=r"EBUSY.*claiming the board.*other program"):
+        open_counter(UsbCtrSettings(), BenchContext(transport=Backend([b"01234567"], held=True)))
+
+
+def test_the_maker_s_driver_on_the_board_is_told_with_the_way_to_change_it() -> None:
+    """Pyusb turns LIBUSB_ERROR_NOT_SUPPORTED into NotImplementedError."""
+    backend = Backend(
+        [b"01234567"], error=NotImplementedError("Operation not supported or unimplemented on this platform")
+    )
+    with pytest.raises(DriverUnavailable, match=r"maker's driver holds the board.*Zadig.*InstaCal"):
+        open_counter(UsbCtrSettings(), BenchContext(transport=backend))
 
 
 def test_the_self_test_opens_the_board_by_itself_and_closes_it_again() -> None:

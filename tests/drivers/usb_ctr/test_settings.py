@@ -11,11 +11,13 @@ def test_the_counter_input_is_as_slow_as_its_highest_rate() -> None:
     assert UsbCtrSettings().counter_dead_time_s == pytest.approx(20.833e-9, rel=1e-4)
 
 
-def test_the_defaults_are_those_of_the_maker_s_library() -> None:
+def test_the_defaults_are_the_likelier_of_what_sources_say() -> None:
+    """16 is "off" in the maker's library; 0x40 belongs to its output scans, so 0x20 is left for scans of counters."""
     settings = UsbCtrSettings()
-    assert (settings.debounce_code, settings.scan_done_mask, settings.first_samples) == (16, 0x40, 1)
+    assert (settings.debounce_code, settings.scan_done_mask, settings.first_samples) == (16, 0x20, 1)
     assert (settings.counter, settings.photon_edge, settings.max_sync_rate_hz) == (0, "rising", 100e3)
     assert settings.edge_timer is None
+    assert settings.sync_counter is None
 
 
 @pytest.mark.parametrize(("period_ticks", "tick_ns"), [(9, 104.17), (95, 1000.0)])

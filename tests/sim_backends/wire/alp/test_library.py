@@ -94,7 +94,7 @@ def test_image_data_may_come_in_every_way_that_ctypes_knows() -> None:
         ("AlpSeqTiming", ("device", "sequence", 0, 43, 0, 10, 0), 1005),
         ("AlpSeqTiming", ("device", "sequence", 0, 10_000_001, 0, 10, 0), 1005),
         ("AlpSeqTiming", ("device", "sequence", 0, 50, 0, 50, 0), 1005),
-        ("AlpSeqTiming", ("device", "sequence", 51, 50, 0, 10, 0), 1005),
+        ("AlpSeqTiming", ("device", "sequence", 51, 50, 0, 10, 0), 0),
         ("AlpSeqTiming", ("device", "sequence", 0, 50, 130_001, 10, 0), 1005),
         ("AlpSeqTiming", ("device", "sequence", 0, 44, 130_000, 43, 0), 0),
         ("AlpSeqPut", ("device", "sequence", 3, 2, "data"), 1005),
@@ -140,6 +140,8 @@ def test_the_running_sequence_is_protected() -> None:
     assert alp("AlpSeqControl", device, sequence, 2119, 1) == 0
     assert alp.put(device, sequence, packed(True)) == 0
     assert alp("AlpProjHalt", device) == 0
+    assert alp.ask("AlpProjInquire", device, 2400) == (0, 1200)
+    alp.bench.clock.sleep_s(0.001)
     assert alp.ask("AlpProjInquire", device, 2400) == (0, 1201)
     assert alp("AlpDevFree", device) == 1002
     assert [alp("AlpDevHalt", device), alp("AlpDevFree", device)] == [0, 0]
@@ -185,8 +187,9 @@ def test_normal_mode_needs_its_dark_phase() -> None:
     assert alp("AlpSeqTiming", device, sequence, 0, 50, 0, 10, 0) == 1005
     assert alp("AlpSeqTiming", device, sequence, 0, 88, 0, 10, 0) == 0
     assert alp.ask("AlpSeqInquire", device, sequence, 2215) == (0, 44)
-    assert alp("AlpSeqControl", device, sequence, 2104, 2106) == 0
-    assert alp("AlpProjStart", device, sequence) == 1021
+    assert alp("AlpProjStart", device, sequence) == 0
+    _, grey = alp.ask("AlpSeqAlloc", device, 2, 1)
+    assert alp("AlpProjStart", device, grey) == 1021
 
 
 def test_without_any_time_the_board_plays_at_30_hz() -> None:

@@ -58,6 +58,16 @@ def test_uninterrupted_a_synch_pulse_lasts_for_the_illumination_and_a_picture_is
     assert told == [200, 150, 1000, 150, 30, 200, 0]
 
 
+def test_uninterrupted_an_illumination_longer_than_the_picture_is_ignored() -> None:
+    """As a public wrapper of the library found; in normal mode it is refused."""
+    alp = Client()
+    device = alp.device()
+    sequence = alp.sequence(device, 2)
+    assert alp("AlpSeqTiming", device, sequence, 500, 50, 0, 10, 0) == 0
+    assert _told(alp, device, sequence, PICTURE, ON, OFF) == [50, 50, 0]
+    assert alp("AlpSeqTiming", device, _normal_sequence(alp, device), 500, 200, 0, 10, 0) == INVALID
+
+
 @pytest.mark.parametrize(
     ("times", "code"),
     [

@@ -25,9 +25,9 @@ class Screen(OpticalBench):
         self.shown.append(projection)
         super().show(projection)
 
-    def pictures(self) -> list[Bytes]:
-        """``(rows, columns / 8)`` of each picture of the last projection."""
-        return [self.shown[-1].mirrors(int(plane)) for plane in self.shown[-1].play_order]
+    def pictures(self, most: int | None = None) -> list[Bytes]:
+        """``(rows, columns / 8)`` of each picture of the last projection, ``most`` of them."""
+        return [self.shown[-1].mirrors(int(plane)) for plane in self.shown[-1].play_order[:most]]
 
 
 def _numbered(n: int) -> Bytes:
@@ -37,8 +37,8 @@ def _numbered(n: int) -> Bytes:
     return pictures
 
 
-def _first_bytes(screen: Screen) -> list[int]:
-    return [int(picture[0, 0]) for picture in screen.pictures()]
+def _first_bytes(screen: Screen, most: int | None = None) -> list[int]:
+    return [int(picture[0, 0]) for picture in screen.pictures(most)]
 
 
 def _started(screen: Screen, n: int, **settings: object) -> tuple[Client, int, int]:
@@ -184,15 +184,95 @@ def test_progress_counts_down() -> None:
     assert words[8] == 1
 
 
-def test_halt_ends_pictures_and_edges_now() -> None:
-    """After AlpProjHalt no further edge comes, and the projection is idle."""
+@pytest.mark.parametrize(("function", "shown"), [("AlpDevHalt", 11), ("AlpProjHalt", 12)])
+def test_a_halt_of_the_device_ends_pictures_at_once_and_one_of_the_projection_after_the_iteration(
+    function: str, shown: int
+) -> None:
+    """In the middle of the 11th picture of an endless sequence of 4: three iterations are 12 pictures."""
     screen = Screen()
     alp, device, sequence = _started(screen, 4)
     assert alp("AlpProjStartCont", device, sequence) == 0
     screen.clock.advance_to(screen.shown[-1].start_s + 10.5 * 50e-6)
-    assert alp("AlpProjHalt", device) == 0
+    assert alp(function, device) == 0
     edges = screen.edges(0, 1.0)
-    assert (len(edges), edges.finished) == (11, True)
+    assert (len(edges), edges.finished) == (shown, True)
+
+
+def test_a_start_replaces_an_endless_projection_when_its_iteration_is_over() -> None:
+    """Both endless: A shows 8 of 4 pictures, then B begins (quoted from the maker's manual)."""
+    screen = Screen()
+    alp, device, first = _started(screen, 4)
+    second = alp.sequence(device, 2)
+    assert alp.put(device, second, _numbered(2) + 100) == 0
+    assert alp("AlpProjStartCont", device, first) == 0
+    start_s = screen.shown[-1].start_s
+    screen.clock.advance_to(start_s + 5.5 * 50e-6)
+    assert alp("AlpProjStartCont", device, second) == 0
+    screen.clock.advance_to(start_s + 7.9 * 50e-6)
+    assert alp("AlpSeqFree", device, first) == 1008
+    screen.clock.advance_to(start_s + 8.1 * 50e-6)
+    assert alp.ask("AlpProjInquire", device, 2400) == (0, 1200)
+    assert screen.shown[-1].start_s == pytest.approx(start_s + 8 * 50e-6)
+    assert _first_bytes(screen, 3) == [100, 101, 100]
+    assert alp("AlpSeqFree", device, first) == 0
+
+
+def test_in_queue_mode_an_endless_projection_keeps_the_others_waiting_until_it_is_aborted() -> None:
+    """ALP_PROJ_SEQUENCE_QUEUE (3.6): here with two positions; the third start finds none free."""
+    screen = Screen()
+    alp, device, first = _started(screen, 4, queue_positions=2)
+    second = alp.sequence(device, 2)
+    assert alp("AlpProjControl", device, 2314, 1) == 0
+    assert alp.ask("AlpProjInquire", device, 2316) == (0, 2)
+    assert alp("AlpProjStartCont", device, first) == 0
+    start_s = screen.shown[-1].start_s
+    assert [alp("AlpProjStart", device, second) for _ in range(3)] == [0, 0, 1002]
+    assert alp.ask("AlpProjInquire", device, 2317) == (0, 0)
+    screen.clock.advance_to(start_s + 9.5 * 50e-6)
+    assert alp.ask("AlpProjInquire", device, 2317) == (0, 0)
+    assert alp("AlpProjControl", device, 2320, 0) == 0
+    screen.clock.advance_to(start_s + 12.5 * 50e-6)
+    assert alp.ask("AlpProjInquire", device, 2317) == (0, 1)
+    screen.clock.advance_to(start_s + 14.5 * 50e-6)
+    assert alp.ask("AlpProjInquire", device, 2317) == (0, 2)
+    assert alp("AlpProjWait", device) == 0
+    assert screen.clock.now_s() == pytest.approx(start_s + 16 * 50e-6)
+
+
+def test_lines_of_a_picture_are_overwritten_and_the_others_kept() -> None:
+    """AlpSeqPutEx, tAlpLinePut {1, picture 1, 1 picture, line 5, 2 lines} (3.7), in every data format."""
+    lines = np.zeros((2, 768, 1024), np.uint8)
+    lines[0, :2, :8] = 1
+    for data_format, body in (
+        (0, lines[0, :2] * 128), (1, lines[0, :2]), (2, np.packbits(lines[0, :2], axis=-1)),
+        (3, np.packbits(lines[0, :2], axis=-1)),
+    ):  # fmt: skip
+        screen = Screen()
+        alp, device, sequence = _started(screen, 2)
+        assert alp("AlpSeqControl", device, sequence, 2110, data_format) == 0
+        stretch = (ctypes.c_int32 * 5)(1, 1, 1, 5, 2)
+        data = np.ascontiguousarray(body)
+        pointer = data.ctypes.data_as(ctypes.c_void_p)
+        assert alp("AlpSeqPutEx", device, sequence, ctypes.byref(stretch), pointer) == 0
+        assert alp("AlpProjStart", device, sequence) == 0
+        lit = [np.argwhere(picture).tolist() for picture in screen.pictures()]
+        assert lit == [[], [[0, 0], *([[761, 0], [762, 0]] if data_format == 3 else [[5, 0], [6, 0]])]]
+        too_many = (ctypes.c_int32 * 5)(1, 1, 1, 767, 2)
+        assert alp("AlpSeqPutEx", device, sequence, ctypes.byref(too_many), pointer) == 1005
+
+
+def test_a_picture_of_normal_mode_is_shown_for_its_whole_time() -> None:
+    """The optical bench has no dark phase; edges come at the picture time."""
+    screen = Screen()
+    alp = Client(screen)
+    device = alp.device()
+    _, sequence = alp.ask("AlpSeqAlloc", device, 1, 2)
+    assert alp("AlpSeqControl", device, sequence, 2110, 2) == 0
+    assert alp("AlpSeqTiming", device, sequence, 0, 20_000, 0, 0, 0) == 0
+    assert alp.put(device, sequence, packed(False, True)) == 0
+    assert alp("AlpProjStart", device, sequence) == 0
+    assert [bool(picture.any()) for picture in screen.pictures()] == [False, True]
+    assert np.diff(screen.edges(0, 1.0).time_s).tolist() == pytest.approx([0.02])
 
 
 def test_an_abort_lets_the_iteration_or_the_picture_end() -> None:

@@ -18,6 +18,12 @@ _core: Any = importlib.import_module("usb.core")
 _util: Any = importlib.import_module("usb.util")
 find, dispose, USBError = _core.find, _util.dispose_resources, _core.USBError
 
+
+def claim(device: Any) -> None:
+    """Claim the interface of the scan endpoint."""
+    _util.claim_interface(device, 0)
+
+
 NO_DEVICE, STALL, TIMEOUT, OVERFLOW, BUSY, NO_ACCESS, NOT_FOUND = (
     errno.ENODEV, errno.EPIPE, errno.ETIMEDOUT, errno.EOVERFLOW, errno.EBUSY, errno.EACCES, errno.ENOENT,
 )  # fmt: skip

@@ -12,6 +12,7 @@ from tests.sim_backends.wire.usb_ctr.rig import (
     STALL,
     TIMEOUT,
     Rig,
+    claim,
     dispose,
     errno_of,
     find,
@@ -227,11 +228,60 @@ def test_a_timer_can_give_a_number_of_pulses_and_then_stops() -> None:
     assert rig.ask(0x2D, 16, 0, 3)[:8] == b"\x5f\0\0\0\x09\0\0\0"
 
 
-def test_a_pulse_as_long_as_its_period_stalls() -> None:
+def test_a_timer_takes_its_period_below_its_old_width_and_gives_no_pulse_until_the_width_is_shorter() -> None:
+    """Clients write the period first: 1 kHz with half of it high, then 100 kHz."""
+    rig = Rig(timer_wires=[{"timer": 0, "counter": 1}])
+    rig.out(0x13, 16, 1)
+    for period, width in ((95_999, 47_999), (959, None)):
+        rig.out(0x29, 0, 0, period.to_bytes(4, "little"))
+        if width is not None:
+            rig.out(0x2A, 0, 0, width.to_bytes(4, "little"))
+    rig.out(0x28, 1, 0)
+    rig.bench.clock.sleep_s(0.01)
+    assert int.from_bytes(rig.ask(0x10, 8, 0, 1), "little") == 0
+    rig.out(0x2A, 0, 0, (479).to_bytes(4, "little"))
+    rig.bench.clock.sleep_s(0.01)
+    assert int.from_bytes(rig.ask(0x10, 8, 0, 1), "little") == 1000
+
+
+def test_timers_work_before_the_fpga_is_loaded_and_counters_do_not() -> None:
+    rig = Rig(loaded=False)
+    rig.out(0x29, 0, 3, b"\x5f\0\0\0")
+    rig.out(0x28, 1, 3)
+    assert rig.ask(0x29, 4, 0, 3) == b"\x5f\0\0\0"
+    assert errno_of(rig.out, 0x11, 0, 0) == STALL
+
+
+def test_the_scan_list_reads_back_but_not_while_a_scan_runs() -> None:
     rig = Rig()
-    rig.out(0x29, 0, 0, b"\x09\0\0\0")
-    assert errno_of(rig.out, 0x2A, 0, 0, b"\x09\0\0\0") == STALL
-    assert errno_of(rig.out, 0x29, 0, 0, b"\0\0\0\0") == STALL
+    assert rig.ask(0x20, 33) == bytes(33)
+    rig.scan([0x00, 0x08])
+    assert errno_of(rig.ask, 0x20, 33, 0, 1) == STALL
+    rig.out(0x22)
+    assert rig.ask(0x20, 33, 0, 1) == b"\x00\x08" + bytes(31)
+
+
+def test_a_board_may_need_the_two_zero_bytes_behind_its_image() -> None:
+    rig = Rig(loaded=False, fpga_needs_zero_bytes=True)
+    rig.out(0x50, 0, 0, b"\xad")
+    rig.out(0x51, 0, 0, bytes(64))
+    assert rig.status() == 0x0200
+    rig.out(0x51, 0, 0, b"\0\0")
+    assert rig.status() == 0x0100
+
+
+def test_a_halt_is_cleared_only_on_an_interface_that_is_claimed() -> None:
+    """Libusb on Windows and macOS gives NOT_FOUND otherwise."""
+    rig = Rig()
+    assert errno_of(rig.device.clear_halt, 0x86) == NOT_FOUND
+    claim(rig.device)
+    rig.device.clear_halt(0x86)
+
+
+def test_the_maker_s_driver_keeps_libusb_from_opening_the_board() -> None:
+    rig = Rig(faults=[{"kind": "maker-driver"}])
+    with pytest.raises(NotImplementedError, match="not supported"):
+        rig.status()
 
 
 @pytest.mark.parametrize(
