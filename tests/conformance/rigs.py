@@ -245,3 +245,26 @@ def talkative_sc300() -> Generator[StageRig]:
     start = {"initial_velocity_mm_s": 0.5}
     with _ka400z("sc300", start, busy_policy="answer", stop_completion=False, zero_initial_speed=False) as rig:
         yield rig
+
+
+@contextmanager
+def zaber() -> Generator[StageRig]:
+    """The Zaber driver on an emulated controller."""
+    bench = WatchedBench(SceneSettings())
+    port: Any = _transport("sim_backends.wire.zaber.plugin:plugin", bench)
+
+    def open_stage() -> LinearStage:
+        if not port.is_open:
+            port.open()
+        stage: LinearStage = _device(
+            "drivers.zaber.plugin:plugin",
+            bench,
+            port,
+            microsteps_per_mm=15_625,
+            travel_mm=(0.0, 350.0),
+            max_velocity_mm_s=20.0,
+            max_acceleration_mm_s2=100.0,
+        )
+        return stage
+
+    yield StageRig(open=open_stage, clock=bench.clock, carriage_mm=bench.carriage_mm)
