@@ -6,9 +6,6 @@ from typing import Final
 from drivers.polled_stage.axis import Axis, Status
 from protocols import Clock, DeviceError, DeviceTimeout, MotionProfile, StagePosition
 
-_POLL_S: Final = 0.04
-"""Time between two looks at a stage that moves, in seconds."""
-
 
 class PolledMotion:
     """A motion under way, or over. Satisfies ``protocols.Motion``.
@@ -26,6 +23,7 @@ class PolledMotion:
         target_mm: float,
         profile: MotionProfile,
         limit_s: float,
+        poll_s: float,
         ask: Callable[[], Status],
         stop_stage: Callable[[], None],
     ) -> None:
@@ -39,12 +37,13 @@ class PolledMotion:
             target_mm: where it is to end.
             profile: what the controller runs.
             limit_s: longest time from start to end.
+            poll_s: time between two looks at a stage that moves.
             ask: asks the controller, in turn with others.
             stop_stage: stops the stage.
         """
         self._axis, self._clock, self._device = axis, clock, device
         self._start_mm, self._target_mm, self._profile = start_mm, target_mm, profile
-        self._ask, self._stop_stage = ask, stop_stage
+        self._ask, self._stop_stage, self._poll_s = ask, stop_stage, poll_s
         self.limit_s: Final = limit_s
         self.started_s = clock.now_s()
         self._stopped_s: float | None = None
@@ -108,7 +107,7 @@ class PolledMotion:
             now_s = self._clock.now_s()
             if now_s >= (self._deadline_s() if timeout_s is None else asked_s + timeout_s):
                 raise self._timeout(now_s)
-            self._clock.sleep_s(_POLL_S)
+            self._clock.sleep_s(self._poll_s)
 
     def _look(self) -> None:
         try:
@@ -116,7 +115,7 @@ class PolledMotion:
             if status.moving or status.mm is None:
                 return
             if not self._same(status.mm, self._target_mm):
-                self._clock.sleep_s(_POLL_S / 4)
+                self._clock.sleep_s(self._poll_s)
                 first_mm, status = status.mm, self._ask()
                 if status.moving or status.mm is None or not self._same(status.mm, first_mm):
                     return

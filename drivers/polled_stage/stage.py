@@ -21,9 +21,6 @@ from protocols import (
 _BEGINS_S: Final = 2.0
 """Longest time from the call to the command on the line, in seconds."""
 
-_POLL_S: Final = 0.01
-"""Time between two looks at a stage that is to stand soon, in seconds."""
-
 
 class PolledStage:
     """A stage on an open axis. A stop takes no lock and waits for no answer."""
@@ -39,6 +36,7 @@ class PolledStage:
         home_profile: MotionProfile,
         home_limit_s: float | None = None,
         require_home: bool = False,
+        poll_s: float = 0.04,
     ) -> None:
         """Take over an open axis.
 
@@ -51,12 +49,14 @@ class PolledStage:
             home_profile: of homing.
             home_limit_s: longest time of homing; None takes the whole travel at ``home_profile`` plus 20 % plus one second.
             require_home: refuse moves until the controller knows its origin.
+            poll_s: time between two looks at a stage that moves.
         """
         self._axis, self._clock = axis, clock
         self._identity, self._limits = identity, limits
         self._home_mm, self._home_profile, self._require_home = home_mm, home_profile, require_home
         low, high = limits.travel_mm
         self._home_limit_s = home_limit_s or _limit_s(home_profile, high - low)
+        self._poll_s = poll_s
         self._turn = RLock()
         self._motion: PolledMotion | None = None
         self._closed = False
@@ -194,7 +194,7 @@ class PolledStage:
         while (status := self._axis.status()).moving or status.mm is None:
             if self._clock.now_s() >= until_s:
                 raise self._busy("a controller that moves by the order of another program")
-            self._clock.sleep_s(_POLL_S)
+            self._clock.sleep_s(self._poll_s)
         return status
 
     def _busy(self, saw: str) -> DeviceBusy:
@@ -226,6 +226,7 @@ class PolledStage:
             target_mm=target_mm,
             profile=profile,
             limit_s=limit_s,
+            poll_s=self._poll_s,
             ask=self._ask,
             stop_stage=self.stop,
         )

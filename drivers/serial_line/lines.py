@@ -70,7 +70,7 @@ class LineWire:
         """Send ``data`` and give what ``answers`` makes of the first line that is an answer.
 
         Args:
-            data: bytes to send.
+            data: bytes to send; none where the answer is under way already.
             answers: is given each line that comes, without its end; None: the line is no answer, and is dropped. It may raise.
             awaited: name of the answer, for errors.
             unless_stopped_since: send nothing where a stop was sent after this count of stops.
@@ -84,7 +84,8 @@ class LineWire:
         with self.turn:
             self._seen = b""
             sent_s = self.clock.now_s()
-            self.put(data, unless_stopped_since=unless_stopped_since)
+            if data:
+                self.put(data, unless_stopped_since=unless_stopped_since)
             line_s = (len(data) + self._longest) * self._byte_s
             deadline_s = sent_s + (line_s + self._margin_s if limit_s is None else limit_s)
             self.clock.sleep_s(len(data) * self._byte_s)  # before that, it does not even have the question

@@ -250,21 +250,27 @@ def talkative_sc300() -> Generator[StageRig]:
 @contextmanager
 def zaber() -> Generator[StageRig]:
     """The Zaber driver on an emulated controller."""
+    with _serial_stage("zaber", {"microsteps_per_mm": 15_625}) as rig:
+        yield rig
+
+
+@contextmanager
+def grbl() -> Generator[StageRig]:
+    """The GRBL driver on an emulated board that is locked when power comes."""
+    with _serial_stage("grbl", {"unlock": True}) as rig:
+        yield rig
+
+
+@contextmanager
+def _serial_stage(kind: str, settings: Mapping[str, object], **emulator: object) -> Generator[StageRig]:
     bench = WatchedBench(SceneSettings())
-    port: Any = _transport("sim_backends.wire.zaber.plugin:plugin", bench)
+    port: Any = _transport(f"sim_backends.wire.{kind}.plugin:plugin", bench, **emulator)
 
     def open_stage() -> LinearStage:
         if not port.is_open:
             port.open()
-        stage: LinearStage = _device(
-            "drivers.zaber.plugin:plugin",
-            bench,
-            port,
-            microsteps_per_mm=15_625,
-            travel_mm=(0.0, 350.0),
-            max_velocity_mm_s=20.0,
-            max_acceleration_mm_s2=100.0,
-        )
+        limits = {"travel_mm": (0.0, 350.0), "max_velocity_mm_s": 20.0, "max_acceleration_mm_s2": 100.0}
+        stage: LinearStage = _device(f"drivers.{kind}.plugin:plugin", bench, port, **limits, **settings)
         return stage
 
     yield StageRig(open=open_stage, clock=bench.clock, carriage_mm=bench.carriage_mm)

@@ -36,6 +36,13 @@ _DRIVERS = {
     "usb-ctr": 'driver = "usb-ctr"\ntransport = "usb-ctr-emulator"\n',
     "mc600": _STAGE.format("mc600"),
     "sc300": _STAGE.format("sc300"),
+    "grbl": """driver = "grbl"
+transport = "grbl-emulator"
+travel_mm = [0.0, 400.0]
+max_velocity_mm_s = 50.0
+max_acceleration_mm_s2 = 200.0
+unlock = true
+""",
     "zaber": """driver = "zaber"
 transport = "zaber-emulator"
 microsteps_per_mm = 15625

@@ -19,7 +19,7 @@ class Row:
 
     modulator: Literal["simulated", "alp"] = "simulated"
     counter: Literal["simulated", "ni", "usb-ctr"] = "simulated"
-    stage: Literal["simulated", "mc600", "sc300", "zaber"] = "simulated"
+    stage: Literal["simulated", "mc600", "sc300", "zaber", "grbl"] = "simulated"
     keys: str = ""
     """Lines of the faulty device's own table."""
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from tests.faults import alp, ni, scene, simulated, usb_ctr, zaber, zolix
+from tests.faults import alp, grbl, ni, scene, simulated, usb_ctr, zaber, zolix
 from tests.faults.row import Row
 
 TABLE: Mapping[str, Sequence[Row]] = {
@@ -14,5 +14,6 @@ TABLE: Mapping[str, Sequence[Row]] = {
     "KA400Z on MC600": zolix.mc600_rows(),
     "KA400Z on SC300": zolix.sc300_rows(),
     "Zaber": zaber.ROWS,
+    "GRBL": grbl.ROWS,
 }
 """Device as the page's headings have it -> its faults."""
