@@ -41,6 +41,9 @@ class SerialBox:
         self.take: Callable[[int, float], None] = _ignore
         """What the box does with a byte that has come."""
 
+        self.look: Callable[[float], None] = _nothing_seen
+        """What the box does when the host looks for bytes, with the clock time: it may see to what has come about since."""
+
         self.received_s = 0.0
         """When the last byte of the host has come over the line."""
 
@@ -66,6 +69,7 @@ class SerialBox:
         with self._lock:
             now_s = self.clock.now_s()
             self._run_to(now_s)
+            self.look(now_s)
             arrived = bytearray()
             while self._out and self._out[0][0] <= now_s:
                 arrived.append(self._out.popleft()[1])
@@ -86,6 +90,10 @@ class SerialBox:
             self._line_out_s += self._byte_s
             self._out.append((self._line_out_s, byte))
 
+    def waiting(self, at_s: float) -> int:
+        """Give the bytes that are not out of the box at a moment."""
+        return max(0, round((self._line_out_s - at_s) / self._byte_s))
+
     def at(self, time_s: float, act: Callable[[float], None]) -> None:
         """Do something at a moment on the clock."""
         heapq.heappush(self._events, _Event(time_s, next(self._order), act))
@@ -99,3 +107,8 @@ class SerialBox:
 def _ignore(byte: int, at_s: float) -> None:
     """A box without ears."""
     del byte, at_s
+
+
+def _nothing_seen(now_s: float) -> None:
+    """A box without eyes."""
+    del now_s

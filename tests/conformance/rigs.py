@@ -168,6 +168,22 @@ def _usb_ctr(board: Mapping[str, object] = MappingProxyType({}), **settings: obj
         )
 
 
+@contextmanager
+def serial_counter() -> Generator[CounterRig]:
+    """The serial counter's driver on an emulated box."""
+    bench = OpticalBench(PHOTONS)
+    port: Any = _transport("sim_backends.wire.serial_counter.plugin:plugin", bench)
+
+    def open_counter() -> PhotonCounter:
+        if not port.is_open:
+            port.open()
+        settings = {"max_sync_rate_hz": 20_000}
+        counter: PhotonCounter = _device("drivers.serial_counter.plugin:plugin", bench, port, **settings)
+        return counter
+
+    yield counter_rig(bench, open_counter)
+
+
 # Stages
 
 

@@ -34,6 +34,10 @@ _DRIVERS = {
     "alp": 'driver = "dlp7000"\ntransport = "alp-emulator"\n',
     "ni": 'driver = "ni"\ntransport = "ni-emulator"\n',
     "usb-ctr": 'driver = "usb-ctr"\ntransport = "usb-ctr-emulator"\n',
+    "serial-counter": """driver = "serial-counter"
+transport = "serial-counter-emulator"
+max_sync_rate_hz = 20000
+""",
     "mc600": _STAGE.format("mc600"),
     "sc300": _STAGE.format("sc300"),
     "grbl": """driver = "grbl"

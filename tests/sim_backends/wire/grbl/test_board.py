@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 from sim_backends.bench import VirtualClock
@@ -208,7 +209,7 @@ def test_a_stall_is_not_seen() -> None:
     there.ask(b"$J=G91X10F600\n")
     there.clock.sleep_s(3.0)
     assert there.ask(b"?").startswith(b"<Idle|MPos:10.000")
-    assert abs(float(board._axis.carriage.now(there.clock.now_s())) / 400 - 5.0) < 0.01
+    assert abs(float(told[-1](np.array([there.clock.now_s()]))[0]) - 5.0) < 0.01
 
 
 def test_a_port_that_vanishes_raises() -> None:
