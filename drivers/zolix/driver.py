@@ -6,14 +6,14 @@ from typing import Final, Self
 
 import serial
 
+from drivers.serial_line import open_port
 from drivers.zolix.controller import Controller, Reading
-from drivers.zolix.events import Codec
+from drivers.zolix.events import BAUD, Codec
 from drivers.zolix.mc600 import Mc600Codec
 from drivers.zolix.motion import ZolixMotion
 from drivers.zolix.probe import DialectName, probe
 from drivers.zolix.sc300 import Sc300Codec
 from drivers.zolix.settings import Ka400zSettings
-from drivers.zolix.transport import open_port
 from drivers.zolix.wire import Wire
 from protocols import (
     BenchContext,
@@ -53,7 +53,7 @@ class Ka400z:
         self._homed = False
         self._closed = False
         self._stands_by_s = context.clock.now_s()
-        port = open_port(settings.port, context.transport, _NAME)
+        port = open_port(settings.port, context.transport, device=_NAME, table="stage", baud=BAUD)
         try:
             dialect, firmware = probe(
                 port,

@@ -4,6 +4,9 @@ from dataclasses import dataclass
 from typing import Final, Protocol, TypeAlias
 
 CR: Final = b"\r"
+BAUD: Final = 19200
+"""8 data bits, no parity, 1 stop bit, no flow control, for both dialects (fact sheet, sections 3A and 3B)."""
+
 LONGEST_LINE: Final = 64
 """Bytes after which a line without a CR is noise: the longest line of either dialect has about 40."""
 

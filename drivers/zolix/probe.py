@@ -6,8 +6,8 @@ has. Nothing that is asked can move anything.
 
 from typing import Final, Literal, TypeAlias
 
-from drivers.zolix.events import Lines
-from drivers.zolix.transport import BAUD, SerialPort
+from drivers.serial_line import SerialPort
+from drivers.zolix.events import BAUD, Lines
 from protocols import Clock, DeviceDisconnected, DriverUnavailable
 
 DialectName: TypeAlias = Literal["mc600", "sc300"]

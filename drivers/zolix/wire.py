@@ -14,7 +14,9 @@ from dataclasses import dataclass
 from threading import Lock, RLock
 from typing import Final
 
+from drivers.serial_line import BITS_PER_BYTE, SerialPort, port_gone
 from drivers.zolix.events import (
+    BAUD,
     LONGEST_LINE,
     Codec,
     Command,
@@ -28,11 +30,9 @@ from drivers.zolix.events import (
     Unknown,
     Value,
 )
-from drivers.zolix.transport import BAUD, SerialPort
-from protocols import Clock, DeviceDisconnected, DeviceError, DeviceRefused, DeviceTimeout
+from protocols import Clock, DeviceError, DeviceRefused, DeviceTimeout
 
 _log = logging.getLogger(__name__)
-_BITS_PER_BYTE: Final = 10
 _KEPT: Final = 200
 _QUIET_S: Final = 0.02
 """Silence before a command: an answer that comes twice is over by then. Field codes wait 20 to 25 ms (sections 3A, 3B)."""
@@ -208,7 +208,7 @@ class Wire:
             waiting = self._port.in_waiting
             return self._port.read(waiting) if waiting else b""
         except OSError as error:
-            raise self._gone(error) from error
+            raise port_gone(self.device, error) from error
 
     def _write(self, data: bytes, unless_stopped_since: int | None) -> None:
         with self._write_lock:
@@ -225,19 +225,11 @@ class Wire:
         try:
             self._port.write(data)
         except OSError as error:
-            raise self._gone(error) from error
-
-    def _gone(self, error: OSError) -> DeviceDisconnected:
-        return DeviceDisconnected(
-            device=self.device,
-            saw=f"a serial port that fails ({error})",
-            expected="an open port",
-            remedy="check cable and power, switch the stage off by hand if it moves, and open it again",
-        )
+            raise port_gone(self.device, error) from error
 
 
 def _line_time_s(n_bytes: int) -> float:
-    return n_bytes * _BITS_PER_BYTE / BAUD
+    return n_bytes * BITS_PER_BYTE / BAUD
 
 
 def _name(awaited: type[Event] | None) -> str:

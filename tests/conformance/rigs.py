@@ -168,6 +168,22 @@ def _usb_ctr(board: Mapping[str, object] = MappingProxyType({}), **settings: obj
         )
 
 
+@contextmanager
+def serial_counter() -> Generator[CounterRig]:
+    """The serial counter's driver on an emulated box."""
+    bench = OpticalBench(PHOTONS)
+    port: Any = _transport("sim_backends.wire.serial_counter.plugin:plugin", bench)
+
+    def open_counter() -> PhotonCounter:
+        if not port.is_open:
+            port.open()
+        settings = {"max_sync_rate_hz": 20_000}
+        counter: PhotonCounter = _device("drivers.serial_counter.plugin:plugin", bench, port, **settings)
+        return counter
+
+    yield counter_rig(bench, open_counter)
+
+
 # Stages
 
 
@@ -245,3 +261,32 @@ def talkative_sc300() -> Generator[StageRig]:
     start = {"initial_velocity_mm_s": 0.5}
     with _ka400z("sc300", start, busy_policy="answer", stop_completion=False, zero_initial_speed=False) as rig:
         yield rig
+
+
+@contextmanager
+def zaber() -> Generator[StageRig]:
+    """The Zaber driver on an emulated controller."""
+    with _serial_stage("zaber", {"microsteps_per_mm": 15_625}) as rig:
+        yield rig
+
+
+@contextmanager
+def grbl() -> Generator[StageRig]:
+    """The GRBL driver on an emulated board that is locked when power comes."""
+    with _serial_stage("grbl", {"unlock": True}) as rig:
+        yield rig
+
+
+@contextmanager
+def _serial_stage(kind: str, settings: Mapping[str, object], **emulator: object) -> Generator[StageRig]:
+    bench = WatchedBench(SceneSettings())
+    port: Any = _transport(f"sim_backends.wire.{kind}.plugin:plugin", bench, **emulator)
+
+    def open_stage() -> LinearStage:
+        if not port.is_open:
+            port.open()
+        limits = {"travel_mm": (0.0, 350.0), "max_velocity_mm_s": 20.0, "max_acceleration_mm_s2": 100.0}
+        stage: LinearStage = _device(f"drivers.{kind}.plugin:plugin", bench, port, **limits, **settings)
+        return stage
+
+    yield StageRig(open=open_stage, clock=bench.clock, carriage_mm=bench.carriage_mm)

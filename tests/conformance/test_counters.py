@@ -5,11 +5,18 @@ import pytest
 from protocols.conformance import CounterRig, RigFactory
 from protocols.conformance.test_counter import *  # noqa: F403
 from protocols.conformance.test_counter_machine import *  # noqa: F403
-from tests.conformance.rigs import ni, simulated_counter, simulated_light_meter, usb_ctr, usb_ctr_with_timer
+from tests.conformance.rigs import (
+    ni,
+    serial_counter,
+    simulated_counter,
+    simulated_light_meter,
+    usb_ctr,
+    usb_ctr_with_timer,
+)
 
 
 @pytest.fixture(
-    params=[simulated_counter, simulated_light_meter, ni, usb_ctr, usb_ctr_with_timer],
+    params=[simulated_counter, simulated_light_meter, ni, usb_ctr, usb_ctr_with_timer, serial_counter],
     ids=lambda factory: factory.__name__,
 )
 def open_rig(request: pytest.FixtureRequest) -> RigFactory[CounterRig]:

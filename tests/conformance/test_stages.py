@@ -5,11 +5,12 @@ import pytest
 from protocols.conformance import RigFactory, StageRig
 from protocols.conformance.test_stage import *  # noqa: F403
 from protocols.conformance.test_stage_machine import *  # noqa: F403
-from tests.conformance.rigs import mc600, mute_mc600, sc300, simulated_stage, talkative_sc300
+from tests.conformance.rigs import grbl, mc600, mute_mc600, sc300, simulated_stage, talkative_sc300, zaber
 
 
 @pytest.fixture(
-    params=[simulated_stage, mc600, sc300, mute_mc600, talkative_sc300], ids=lambda factory: factory.__name__
+    params=[simulated_stage, mc600, sc300, mute_mc600, talkative_sc300, zaber, grbl],
+    ids=lambda factory: factory.__name__,
 )
 def open_rig(request: pytest.FixtureRequest) -> RigFactory[StageRig]:
     factory: RigFactory[StageRig] = request.param

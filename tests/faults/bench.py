@@ -34,8 +34,26 @@ _DRIVERS = {
     "alp": 'driver = "dlp7000"\ntransport = "alp-emulator"\n',
     "ni": 'driver = "ni"\ntransport = "ni-emulator"\n',
     "usb-ctr": 'driver = "usb-ctr"\ntransport = "usb-ctr-emulator"\n',
+    "serial-counter": """driver = "serial-counter"
+transport = "serial-counter-emulator"
+max_sync_rate_hz = 20000
+""",
     "mc600": _STAGE.format("mc600"),
     "sc300": _STAGE.format("sc300"),
+    "grbl": """driver = "grbl"
+transport = "grbl-emulator"
+travel_mm = [0.0, 400.0]
+max_velocity_mm_s = 50.0
+max_acceleration_mm_s2 = 200.0
+unlock = true
+""",
+    "zaber": """driver = "zaber"
+transport = "zaber-emulator"
+microsteps_per_mm = 15625
+travel_mm = [0.0, 400.0]
+max_velocity_mm_s = 50.0
+max_acceleration_mm_s2 = 200.0
+""",
 }
 
 _EMULATORS = {

@@ -18,8 +18,8 @@ class Row:
     """What goes wrong, in words; the row's name."""
 
     modulator: Literal["simulated", "alp"] = "simulated"
-    counter: Literal["simulated", "ni", "usb-ctr"] = "simulated"
-    stage: Literal["simulated", "mc600", "sc300"] = "simulated"
+    counter: Literal["simulated", "ni", "usb-ctr", "serial-counter"] = "simulated"
+    stage: Literal["simulated", "mc600", "sc300", "zaber", "grbl"] = "simulated"
     keys: str = ""
     """Lines of the faulty device's own table."""
 

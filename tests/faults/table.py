@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from tests.faults import alp, ni, scene, simulated, usb_ctr, zolix
+from tests.faults import alp, grbl, ni, scene, serial_counter, simulated, usb_ctr, zaber, zolix
 from tests.faults.row import Row
 
 TABLE: Mapping[str, Sequence[Row]] = {
@@ -11,7 +11,10 @@ TABLE: Mapping[str, Sequence[Row]] = {
     "DLP7000 on ALP-4": alp.ROWS,
     "H10682 on NI-DAQmx": ni.ROWS,
     "H10682 on USB-CTR": usb_ctr.ROWS,
+    "Serial counter": serial_counter.ROWS,
     "KA400Z on MC600": zolix.mc600_rows(),
     "KA400Z on SC300": zolix.sc300_rows(),
+    "Zaber": zaber.ROWS,
+    "GRBL": grbl.ROWS,
 }
 """Device as the page's headings have it -> its faults."""

@@ -23,7 +23,7 @@ def simulated(tmp_path_factory: pytest.TempPathFactory) -> Recording:
     return recorded("simulated", tmp_path_factory.mktemp("simulated"))
 
 
-@pytest.mark.parametrize("bench", ["alp-ni-mc600", "alp-usbctr-sc300", "mixed"])
+@pytest.mark.parametrize("bench", ["alp-ni-mc600", "alp-usbctr-sc300", "mixed", "zaber", "grbl", "serial-counter"])
 def test_the_real_drivers_count_what_the_simulated_devices_count(
     bench: str, simulated: Recording, tmp_path: Path
 ) -> None:

@@ -10,7 +10,7 @@ from typing import Protocol, TypeAlias
 
 from protocols import Floats
 from sim_backends.bench import BenchClock
-from sim_backends.wire.zolix.axis import Axis
+from sim_backends.wire.stepper.axis import Axis
 from sim_backends.wire.zolix.faults import COMPLETION, Faults
 from sim_backends.wire.zolix.settings import Mc600Settings, Sc300Settings
 
@@ -141,6 +141,11 @@ class EmulatedController:
             self._carry(self._millimetres())
 
     # The line
+
+    @property
+    def baud(self) -> int:
+        """Speed of the line."""
+        return self.settings.baud
 
     @property
     def _byte_s(self) -> float:

@@ -4,10 +4,10 @@ import re
 from collections.abc import Callable
 
 from sim_backends.bench import BenchClock
-from sim_backends.wire.zolix.axis import Axis
+from sim_backends.wire.stepper.axis import Axis
+from sim_backends.wire.stepper.motion import Rates
 from sim_backends.wire.zolix.controller import Answer, CarryObject, EmulatedController
 from sim_backends.wire.zolix.faults import Faults
-from sim_backends.wire.zolix.motion import Rates
 from sim_backends.wire.zolix.registers import Registers
 from sim_backends.wire.zolix.settings import Mc600Settings
 

@@ -2,18 +2,10 @@
 
 from protocols import BenchContext, TransportPlugin
 from sim_backends.bench import bench_of
-from sim_backends.wire.zolix.controller import EmulatedController
+from sim_backends.wire.serial_port import EmulatedPort, emulated_port
 from sim_backends.wire.zolix.mc600 import mc600_controller
-from sim_backends.wire.zolix.port import EmulatedPort
 from sim_backends.wire.zolix.sc300 import sc300_controller
 from sim_backends.wire.zolix.settings import Mc600Settings, Sc300Settings
-
-_TIMEOUT_S = 0.1
-"""Timeout of the port when it is handed over, in seconds; a driver sets its own."""
-
-
-def _open_port(controller: EmulatedController, name: str) -> EmulatedPort:
-    return EmulatedPort(controller, name, baudrate=controller.settings.baud, timeout=_TIMEOUT_S)
 
 
 def open_mc600(settings: Mc600Settings, context: BenchContext) -> EmulatedPort:
@@ -23,7 +15,7 @@ def open_mc600(settings: Mc600Settings, context: BenchContext) -> EmulatedPort:
         InputError: bench.toml has no ``[scene]``.
     """
     bench = bench_of(context, "mc600-emulator")
-    return _open_port(mc600_controller(settings, bench.clock, bench.carry), "mc600-emulator")
+    return emulated_port(mc600_controller(settings, bench.clock, bench.carry), "mc600-emulator")
 
 
 def open_sc300(settings: Sc300Settings, context: BenchContext) -> EmulatedPort:
@@ -33,7 +25,7 @@ def open_sc300(settings: Sc300Settings, context: BenchContext) -> EmulatedPort:
         InputError: bench.toml has no ``[scene]``.
     """
     bench = bench_of(context, "sc300-emulator")
-    return _open_port(sc300_controller(settings, bench.clock, bench.carry), "sc300-emulator")
+    return emulated_port(sc300_controller(settings, bench.clock, bench.carry), "sc300-emulator")
 
 
 mc600 = TransportPlugin(

@@ -2,7 +2,7 @@
 
 import re
 
-from sim_backends.wire.zolix.motion import Rates
+from sim_backends.wire.stepper.motion import Rates
 from sim_backends.wire.zolix.settings import Mc600Settings
 
 _SIGNED = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)")

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 
 from protocols import MotionProfile
+from sim_backends.wire.stepper.axis import Axis
+from sim_backends.wire.stepper.motion import Cut, Leg, Path, Rates, Trapezoid, cut_at
 from sim_backends.wire.zolix import Mc600Settings
-from sim_backends.wire.zolix.axis import Axis
-from sim_backends.wire.zolix.motion import Cut, Leg, Path, Rates, Trapezoid, cut_at
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sim_backends.wire.zolix.motion import Rates, Trapezoid
+from sim_backends.wire.stepper.motion import Rates, Trapezoid
 from tests.sim_backends.wire.zolix.host import mc600, sc300
 
 

@@ -1,11 +1,10 @@
-"""A pyserial port at whose other end a controller stands."""
+"""A pyserial port at whose other end a device stands."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import serial
 
-from sim_backends.bench import RealTimeClock
-from sim_backends.wire.zolix.controller import EmulatedController
+from sim_backends.bench import BenchClock, RealTimeClock
 
 if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
@@ -14,17 +13,58 @@ _SLICE_S = 0.005
 """Time that a read sleeps, on a clock that really waits, before it looks for what other threads have sent."""
 
 
+class SerialDevice(Protocol):
+    """A device at the end of a serial line."""
+
+    @property
+    def clock(self) -> BenchClock:
+        """The bench's."""
+        ...
+
+    @property
+    def baud(self) -> int:
+        """Speed at which it understands bytes."""
+        ...
+
+    @property
+    def vanished(self) -> bool:
+        """Whether the port is gone."""
+        ...
+
+    @property
+    def received_s(self) -> float:
+        """When the last byte of the host has come over the line."""
+        ...
+
+    def receive(self, data: bytes) -> None:
+        """Take bytes that the host begins to send now."""
+        ...
+
+    def send(self) -> bytes:
+        """Give the bytes that have arrived at the host since the last call."""
+        ...
+
+    def next_s(self) -> float | None:
+        """When it is worth looking again. None: never."""
+        ...
+
+
+def emulated_port(device: SerialDevice, name: str) -> "EmulatedPort":
+    """Give an open port to ``device``, at its own speed; a driver sets the timeout that it wants."""
+    return EmulatedPort(device, name, baudrate=device.baud, timeout=0.1)
+
+
 class EmulatedPort(serial.SerialBase):
     """What ``serial.Serial`` would be on the real line. A read lets the bench's time pass until its bytes are there.
 
     In virtual time a read without timeout that nothing will ever answer raises ``SerialException`` instead of hanging.
     """
 
-    def __init__(self, controller: EmulatedController, port: str | None = None, **options: object) -> None:
+    def __init__(self, controller: SerialDevice, port: str | None = None, **options: object) -> None:
         """Set up the port; it opens at once where a port name is given, as ``serial.Serial`` does.
 
         Args:
-            controller: the box at the other end of the line.
+            controller: the device at the other end of the line.
             port: a name of no meaning, or None to open later.
             options: as of ``serial.Serial``.
         """
@@ -56,7 +96,7 @@ class EmulatedPort(serial.SerialBase):
     def _update_rts_state(self) -> None:
         """The line has no handshake."""
 
-    def _alive(self) -> EmulatedController:
+    def _alive(self) -> SerialDevice:
         if not self.is_open:
             raise serial.PortNotOpenError
         if self.controller.vanished:
@@ -78,7 +118,7 @@ class EmulatedPort(serial.SerialBase):
         """Bytes that are still on their way to the controller."""
         controller = self._alive()
         left_s = controller.received_s - controller.clock.now_s()
-        return max(0, round(left_s * controller.settings.baud / 10))
+        return max(0, round(left_s * controller.baud / 10))
 
     def read(self, size: int = 1, /) -> bytes:
         """Give ``size`` bytes, or fewer where the timeout is over first.
@@ -110,7 +150,7 @@ class EmulatedPort(serial.SerialBase):
         """
         controller, data = self._alive(), bytes(b)
         # At another speed the box sees no command, only framing errors.
-        if self.baudrate == controller.settings.baud:
+        if self.baudrate == controller.baud:
             controller.receive(data)
             self._alive()
         return len(data)

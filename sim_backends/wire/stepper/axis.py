@@ -2,7 +2,7 @@
 
 from typing import Literal, TypeAlias
 
-from sim_backends.wire.zolix.motion import Braking, Curve, Cut, Leg, Path, Rates, Slack, Trapezoid, cut_at
+from sim_backends.wire.stepper.motion import Braking, Curve, Cut, Leg, Path, Rates, Slack, Trapezoid, cut_at
 
 Direction: TypeAlias = Literal["direct", "negative", "positive"]
 """How homing finds the origin: straight, or from a limit switch."""
