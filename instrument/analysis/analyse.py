@@ -175,6 +175,9 @@ def analyse(
         if trajectory is not None:
             trajectory = _placed(measurement, trajectory, reconstruction)
     refuse_endless(trajectory, reconstruction)
+    known = recording.calibration if isinstance(recording, Recording) else None  # pyright: ignore[reportUnnecessaryIsInstance]
+    if trajectory is not None and known is not None:
+        trajectory = replace(trajectory, scale=known.displacement)
     took_s = time.perf_counter() - started_s
     tell("comparing", 2, 3)
     with numbers_that_end():
