@@ -8,7 +8,7 @@ from typing import Annotated, Any, Final
 import typer
 from typer.core import TyperGroup
 
-from instrument.cli import acquire, analyse, check, demo, drivers, info, recover
+from instrument.cli import acquire, analyse, check, count, demo, drivers, info, move, probe, recover, show
 from instrument.cli.interrupts import Interrupts
 
 INTERRUPTED: Final = 130
@@ -54,6 +54,10 @@ app.command("analyse")(analyse.analyse_file)
 app.command("check")(check.check)
 app.command("info")(info.info)
 app.command("recover")(recover.recover_file)
+app.command("show")(show.show)
+app.command("count")(count.count)
+app.command("move", context_settings={"ignore_unknown_options": True})(move.move)
+app.command("probe")(probe.probe)
 app.add_typer(drivers.app, name="drivers")
 
 

@@ -1,10 +1,10 @@
 """bench.toml: which plug-ins make up the bench, and their settings, checked against the plug-ins' own models."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Generic, Literal, TypeAlias, TypeVar
+from typing import Annotated, Any, Final, Generic, Literal, TypeAlias, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
@@ -73,10 +73,10 @@ def _table_of(role: Role[Any]) -> type[DeviceTable]:
     return _TABLES.get(role.name, DeviceTable)
 
 
-def _whole_file() -> type[Frozen]:
+def _whole_file(needed: Collection[RoleName]) -> type[Frozen]:
     """bench.toml as it is written, before any plug-in is asked: a table for each role, and the scene."""
     fields: dict[str, Any] = {
-        role.name: (_table_of(role), ...) if role.needed else (_table_of(role) | None, None) for role in ROLES
+        role.name: (_table_of(role), ...) if role.name in needed else (_table_of(role) | None, None) for role in ROLES
     }
     return create_model(
         "BenchTables", __base__=Frozen, **fields, scene=(SceneTable | None, None), light=(LightTable, NOTHING_KNOWN)
@@ -147,20 +147,29 @@ class BenchConfig:
     def as_json(self) -> str:
         """The bench as a recording stores it: plug-ins with distribution, version and settings, defaults written out."""
         bench: dict[str, Any] = {name: device.as_dict() for name, device in self.devices.items()}
-        bench["stage"] |= {"on_abort": self.on_abort, "px_per_mm": self.px_per_mm}
+        if "stage" in bench:
+            bench["stage"] |= {"on_abort": self.on_abort, "px_per_mm": self.px_per_mm}
         bench["scene"] = self.scene.as_dict() if self.scene else None
         bench["light"] = self.light.model_dump(mode="json", exclude_none=True)
         return json.dumps(bench, indent=2)
 
 
-def load_bench(path: str | Path) -> BenchConfig:
+_WHOLE_BENCH: Final = tuple(role.name for role in ROLES if role.needed)
+
+
+def load_bench(path: str | Path, needed: Collection[RoleName] = _WHOLE_BENCH) -> BenchConfig:
     """Read bench.toml and find its plug-ins. Opens no device.
+
+    Args:
+        path: the file.
+        needed: roles that must be there. One that is not may be left out of the file, as before a bench is whole; where its
+            table is there, it is checked.
 
     Raises:
         ConfigError: every mistake in the file at once: in its tables, in plug-ins that are missing or broken, in their
             settings.
     """
-    return _checked(read_document(path_of(path)))
+    return _checked(read_document(path_of(path)), needed)
 
 
 def bench_of_tables(tables: Mapping[str, Any], title: str) -> BenchConfig:
@@ -176,16 +185,16 @@ def bench_of_tables(tables: Mapping[str, Any], title: str) -> BenchConfig:
     return _checked(Document(path=Path(title), values=dict(tables), lines={}))
 
 
-def _checked(document: Document) -> BenchConfig:
-    _, problems = validate_table(_whole_file(), document.values, document)
+def _checked(document: Document, needed: Collection[RoleName] = _WHOLE_BENCH) -> BenchConfig:
+    _, problems = validate_table(_whole_file(needed), document.values, document)
     search = _Search(document, problems)
     found: dict[RoleName, ResolvedDevice | None] = {
-        role.name: search.device(role) for role in ROLES if role.needed or role.name in document.values
+        role.name: search.device(role) for role in ROLES if role.name in needed or role.name in document.values
     }
     scene = search.scene()
-    stage = search.table("stage", StageTable)
+    stage = search.table("stage", StageTable) or StageTable(driver="")
     devices: dict[RoleName, ResolvedDevice] = {name: device for name, device in found.items() if device is not None}
-    if problems or stage is None or len(devices) < len(found):
+    if problems or len(devices) < len(found):
         raise ConfigError(document.path, problems)
     light = search.table("light", LightTable) if "light" in document.values else None
     return BenchConfig(document.path, devices, stage.on_abort, stage.px_per_mm, scene, light or NOTHING_KNOWN)
