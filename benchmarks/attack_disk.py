@@ -36,7 +36,6 @@ driver = "simulated"
 driver = "simulated"
 [stage]
 driver = "simulated"
-px_per_mm = 7.2
 [scene]
 object = "letter-B"
 noise = {{ kind = "pixel", sigma = 0.1, seed = {seed} }}

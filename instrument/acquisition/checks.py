@@ -7,7 +7,7 @@ from typing import Literal, cast
 import numpy as np
 
 from instrument.acquisition.memory import available_bytes, needed_bytes
-from instrument.config import PluginBroken
+from instrument.config import Calibration, PluginBroken
 from instrument.plan import Plan
 from instrument.schemes import scheme_of
 from protocols import (
@@ -84,7 +84,7 @@ def check_plan(
     modulator: ModulatorLimits,
     counter: CounterLimits,
     stage: LinearStage | None,
-    px_per_mm: float | None = None,
+    calibration: Calibration | None = None,
     memory_bytes: Callable[[], int | None] = available_bytes,
 ) -> CheckReport:
     """Ask every question at once, so that one look shows all that is wrong.
@@ -95,7 +95,7 @@ def check_plan(
         modulator: limits as read from the device.
         counter: limits as read from the device.
         stage: asked by its own ``check``, which moves nothing; None where the bench has none, or it was not opened.
-        px_per_mm: image scale, where the bench is calibrated.
+        calibration: what was measured of the bench.
         memory_bytes: tells how much memory this computer has left.
     """
     memory = _computer_memory(plan, memory_bytes())
@@ -108,7 +108,8 @@ def check_plan(
         _sync_rate(plan, counter),
         _count_rate(plan, counter),
         *_motion(plan, stage),
-        _displacement(plan, px_per_mm),
+        *_calibration(plan, calibration),
+        _displacement(plan, _px_per_mm(calibration)),
         _run_length(plan, counter),
     ]
     return CheckReport(tuple(checks), built if isinstance(built, PatternSequence) else None)
@@ -248,6 +249,23 @@ def _motion(plan: Plan, stage: LinearStage | None) -> list[Check]:
     return [_good("stage", f"{where}; {run_up}")]
 
 
+def _calibration(plan: Plan, calibration: Calibration | None) -> list[Check]:
+    """A calibration in pixels holds for pixels of one size."""
+    if calibration is None:
+        return []
+    try:
+        calibration.refuse_other_grid(plan.image_size, plan.superpixel)
+    except KinopixError as error:
+        return [_error("calibration", error)]
+    measured = (f"[{name}] of {section.date:%Y-%m-%d}" for name, section in calibration.sections.items())
+    return [_good("calibration", ", ".join(measured) or "empty")]
+
+
+def _px_per_mm(calibration: Calibration | None) -> float | None:
+    known = None if calibration is None else calibration.displacement
+    return None if known is None else known.px_per_mm
+
+
 def _displacement(plan: Plan, px_per_mm: float | None) -> Check:
     """A periodic position is unambiguous within half a period from frame to frame (the paper, equation 6)."""
     position = scheme_of(plan).position
@@ -261,7 +279,7 @@ def _displacement(plan: Plan, px_per_mm: float | None) -> Check:
     if plan.motion is None:
         return _good("displacement", f"{within}; the stage does not move")
     if px_per_mm is None:
-        return _good("displacement", f"{within}; px_per_mm of the bench is not stated")
+        return _good("displacement", f"{within}; the bench has no calibration of displacement")
     step_px = abs(plan.motion.velocity_mm_s) * px_per_mm * plan.frame_time_s
     message = f"{step_px:.3g} px a frame, {within.removesuffix(' a frame')}"
     if step_px >= range_px:

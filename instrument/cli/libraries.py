@@ -21,7 +21,7 @@ def tell_libraries(bench: Path, needed: "Collection[RoleName] | None" = None) ->
     from instrument.config import load_bench
     from instrument.views import warn
 
-    config = load_bench(bench) if needed is None else load_bench(bench, needed)
+    config = load_bench(bench) if needed is None else load_bench(bench, needed, calibrated=False)
     for role, device in config.devices.items():
         library = getattr(device.settings, "library", None)
         if library is not None:

@@ -8,7 +8,20 @@ from typing import Annotated, Any, Final
 import typer
 from typer.core import TyperGroup
 
-from instrument.cli import acquire, analyse, check, count, demo, drivers, info, move, probe, recover, show
+from instrument.cli import (
+    acquire,
+    analyse,
+    calibrate,
+    check,
+    count,
+    demo,
+    drivers,
+    info,
+    move,
+    probe,
+    recover,
+    show,
+)
 from instrument.cli.interrupts import Interrupts
 
 INTERRUPTED: Final = 130
@@ -58,6 +71,7 @@ app.command("show")(show.show)
 app.command("count")(count.count)
 app.command("move", context_settings={"ignore_unknown_options": True})(move.move)
 app.command("probe")(probe.probe)
+app.add_typer(calibrate.app, name="calibrate")
 app.add_typer(drivers.app, name="drivers")
 
 

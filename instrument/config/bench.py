@@ -8,6 +8,7 @@ from typing import Annotated, Any, Final, Generic, Literal, TypeAlias, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
+from instrument.config.calibration_file import Calibration, read_calibration
 from instrument.config.check import validate_table
 from instrument.config.discovery import (
     InstalledPlugin,
@@ -54,9 +55,6 @@ class StageTable(DeviceTable):
     on_abort: OnAbort = "stop"
     """What the stage does when a run is broken off."""
 
-    px_per_mm: Annotated[float, Field(gt=0, le=1e6)] | None = None
-    """Image pixels a millimetre of travel, where it was measured: lets plans be checked for displacement a frame."""
-
 
 class SceneTable(AnyTable):
     """``[scene]``: all keys but ``kind`` belong to the scene's settings."""
@@ -79,8 +77,17 @@ def _whole_file(needed: Collection[RoleName]) -> type[Frozen]:
         role.name: (_table_of(role), ...) if role.name in needed else (_table_of(role) | None, None) for role in ROLES
     }
     return create_model(
-        "BenchTables", __base__=Frozen, **fields, scene=(SceneTable | None, None), light=(LightTable, NOTHING_KNOWN)
+        "BenchTables",
+        __base__=Frozen,
+        **fields,
+        scene=(SceneTable | None, None),
+        light=(LightTable, NOTHING_KNOWN),
+        calibration=(Annotated[str, Field(min_length=1, max_length=1024)] | None, None),
+        magnification=(_Magnification, ""),
     )
+
+
+_Magnification: TypeAlias = Annotated[str, Field(max_length=200)]
 
 
 PluginT = TypeVar("PluginT", bound=Plugin)
@@ -130,8 +137,14 @@ class BenchConfig:
     on_abort: OnAbort = "stop"
     """What the stage does when a run is broken off."""
 
-    px_per_mm: float | None = None
-    """Image pixels a millimetre of stage travel, where it was measured."""
+    calibration: Calibration | None = None
+    """What was measured of the bench, where bench.toml names a calibration file."""
+
+    calibration_path: Path | None = None
+    """That file."""
+
+    magnification: str = ""
+    """Name of the optics between object and modulator; a calibration holds for one of them."""
 
     scene: Resolved[ScenePlugin[Any]] | None = None
     """The simulated bench; None where all devices are real."""
@@ -148,28 +161,33 @@ class BenchConfig:
         """The bench as a recording stores it: plug-ins with distribution, version and settings, defaults written out."""
         bench: dict[str, Any] = {name: device.as_dict() for name, device in self.devices.items()}
         if "stage" in bench:
-            bench["stage"] |= {"on_abort": self.on_abort, "px_per_mm": self.px_per_mm}
+            bench["stage"] |= {"on_abort": self.on_abort}
         bench["scene"] = self.scene.as_dict() if self.scene else None
         bench["light"] = self.light.model_dump(mode="json", exclude_none=True)
+        bench["magnification"] = self.magnification
+        bench["calibration"] = self.calibration.model_dump(mode="json") if self.calibration else None
         return json.dumps(bench, indent=2)
 
 
 _WHOLE_BENCH: Final = tuple(role.name for role in ROLES if role.needed)
 
 
-def load_bench(path: str | Path, needed: Collection[RoleName] = _WHOLE_BENCH) -> BenchConfig:
-    """Read bench.toml and find its plug-ins. Opens no device.
+def load_bench(
+    path: str | Path, needed: Collection[RoleName] = _WHOLE_BENCH, *, calibrated: bool = True
+) -> BenchConfig:
+    """Read bench.toml, the calibration file that it names, and find its plug-ins. Opens no device.
 
     Args:
-        path: the file.
+        path: of bench.toml.
         needed: roles that must be there. One that is not may be left out of the file, as before a bench is whole; where its
             table is there, it is checked.
+        calibrated: whether the calibration file is read; not for a bench that is to be calibrated, which may have none yet.
 
     Raises:
         ConfigError: every mistake in the file at once: in its tables, in plug-ins that are missing or broken, in their
-            settings.
+            settings; or those in the calibration file.
     """
-    return _checked(read_document(path_of(path)), needed)
+    return _checked(read_document(path_of(path)), needed, calibrated=calibrated)
 
 
 def bench_of_tables(tables: Mapping[str, Any], title: str) -> BenchConfig:
@@ -185,7 +203,9 @@ def bench_of_tables(tables: Mapping[str, Any], title: str) -> BenchConfig:
     return _checked(Document(path=Path(title), values=dict(tables), lines={}))
 
 
-def _checked(document: Document, needed: Collection[RoleName] = _WHOLE_BENCH) -> BenchConfig:
+def _checked(
+    document: Document, needed: Collection[RoleName] = _WHOLE_BENCH, *, calibrated: bool = True
+) -> BenchConfig:
     _, problems = validate_table(_whole_file(needed), document.values, document)
     search = _Search(document, problems)
     found: dict[RoleName, ResolvedDevice | None] = {
@@ -197,7 +217,18 @@ def _checked(document: Document, needed: Collection[RoleName] = _WHOLE_BENCH) ->
     if problems or len(devices) < len(found):
         raise ConfigError(document.path, problems)
     light = search.table("light", LightTable) if "light" in document.values else None
-    return BenchConfig(document.path, devices, stage.on_abort, stage.px_per_mm, scene, light or NOTHING_KNOWN)
+    named: str | None = document.values.get("calibration")
+    path = None if named is None else document.path.parent / path_of(named)
+    return BenchConfig(
+        path=document.path,
+        devices=devices,
+        on_abort=stage.on_abort,
+        calibration=read_calibration(path) if path is not None and calibrated else None,
+        calibration_path=path,
+        magnification=document.values.get("magnification", ""),
+        scene=scene,
+        light=light or NOTHING_KNOWN,
+    )
 
 
 TableT = TypeVar("TableT", bound=BaseModel)
@@ -220,8 +251,21 @@ class _Search:
         if installed is None:
             return None
         driver = installed.load_driver()
+        if kind == "stage" and "px_per_mm" in (table.model_extra or {}):
+            table = self.without_scale(table)
         settings = self.settings(driver.settings, table, (kind,), tuple(model.model_fields))
         return None if settings is None else Resolved(installed, driver, settings, transport)
+
+    def without_scale(self, table: DeviceTable) -> DeviceTable:
+        """Refuse the scale that once stood here, and give the table without it."""
+        self.report(
+            ("stage", "px_per_mm"),
+            "the image scale, which is no setting of the stage",
+            'calibration = "calibration.toml" above all tables: a calibration says for which pixels a scale holds',
+            "make it with `kinopix calibrate displacement`",
+        )
+        values = {**table.model_dump(), **(table.model_extra or {})}
+        return type(table).model_validate({key: value for key, value in values.items() if key != "px_per_mm"})
 
     def transport(self, kind: str, table: DeviceTable) -> Resolved[TransportPlugin[Any]] | None:
         where: KeyPath = (kind, "emulator")

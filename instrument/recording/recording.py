@@ -6,7 +6,7 @@ from typing import Self
 
 import numpy as np
 
-from instrument.config import NOTHING_KNOWN, LightTable
+from instrument.config import NOTHING_KNOWN, Calibration, LightTable
 from instrument.plan import Plan
 from instrument.recording.timing import TimingReport
 from protocols import Floats, InputError, Mask, Truth
@@ -42,6 +42,9 @@ class Recording:
 
     light: LightTable = NOTHING_KNOWN
     """What bench.toml says of how the bench differs from an ideal one."""
+
+    calibration: Calibration | None = None
+    """What was measured of the bench before the run; None where nothing was."""
 
     background: Floats | None = None
     """As ``values``: what stands still beside the object, measured without it by the same patterns; still in ``values``."""

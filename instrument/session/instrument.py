@@ -8,7 +8,7 @@ from types import TracebackType
 from typing import Self
 
 from instrument.acquisition import CheckReport, Devices, check_plan
-from instrument.config import BenchConfig, OnAbort, load_bench
+from instrument.config import BenchConfig, Calibration, OnAbort, load_bench
 from instrument.plan import Plan, refuse_no_plan
 from instrument.recording import Recording
 from instrument.roles import STAGE, RoleName
@@ -36,7 +36,8 @@ class Instrument:
         devices: Devices,
         *,
         on_abort: OnAbort = "stop",
-        px_per_mm: float | None = None,
+        calibration: Calibration | None = None,
+        magnification: str = "",
         description: str = "{}",
     ) -> None:
         """Take over open devices; ``Devices.of`` composes those that a script has opened itself.
@@ -44,8 +45,12 @@ class Instrument:
         Args:
             devices: by role.
             on_abort: what the stage does when a run is broken off.
-            px_per_mm: image pixels a millimetre of stage travel, where it was measured.
+            calibration: what was measured of this bench.
+            magnification: name of the optics between object and modulator, as the calibration should have it.
             description: JSON of the bench, for the recording.
+
+        Raises:
+            InputError: no open devices, or a calibration of another bench. The devices stay open.
         """
         if not isinstance(devices, Devices):  # pyright: ignore[reportUnnecessaryIsInstance] - a script may pass anything
             raise InputError(
@@ -55,7 +60,10 @@ class Instrument:
             )
         self._devices = devices
         self._on_abort: OnAbort = on_abort
-        self._px_per_mm = px_per_mm
+        if calibration is not None:
+            calibration.refuse_other_bench(devices.identities(), magnification)
+        self._calibration = calibration
+        self._magnification = magnification
         self._description = description
         self._run: Run | None = None
         self._starting = Lock()
@@ -66,27 +74,38 @@ class Instrument:
 
         Args:
             path: the file.
-            only: roles whose devices are opened, such as ``{"stage"}``; the file needs no others. None opens the whole bench.
+            only: roles whose devices are opened, such as ``{"stage"}``; the file needs no others, and no calibration is read. None
+                opens the whole bench.
 
         Raises:
-            ConfigError: every mistake in the file at once.
+            ConfigError: every mistake in the file at once, or in the calibration file that it names.
+            InputError: that calibration is of another bench; every device is closed again.
             DeviceError: a device did not open; those opened before are closed again.
         """
-        return cls.from_config(load_bench(path) if only is None else load_bench(path, only), only=only)
+        return cls.from_config(
+            load_bench(path) if only is None else load_bench(path, only, calibrated=False), only=only
+        )
 
     @classmethod
     def from_config(cls, config: BenchConfig, *, only: Collection[RoleName] | None = None) -> Self:
         """Open a bench that has been checked, or ``only`` the devices in some of its roles.
 
         Raises:
+            InputError: the calibration is of another bench; every device is closed again.
             DeviceError: a device did not open; those opened before are closed again.
         """
-        return cls(
-            open_devices(config, only),
-            on_abort=config.on_abort,
-            px_per_mm=config.px_per_mm,
-            description=config.as_json(),
-        )
+        devices = open_devices(config, only)
+        try:
+            return cls(
+                devices,
+                on_abort=config.on_abort,
+                calibration=config.calibration,
+                magnification=config.magnification,
+                description=config.as_json(),
+            )
+        except BaseException:
+            devices.closing.close()
+            raise
 
     @property
     def devices(self) -> Devices:
@@ -108,6 +127,16 @@ class Instrument:
         """The stage, for scripts that move it."""
         return self._devices.stage
 
+    @property
+    def calibration(self) -> Calibration | None:
+        """What was measured of this bench; None where nothing was."""
+        return self._calibration
+
+    @property
+    def magnification(self) -> str:
+        """Name of the optics between object and modulator; empty where bench.toml has none."""
+        return self._magnification
+
     def check(self, plan: Plan) -> CheckReport:
         """Ask everything that can be asked of a plan. Nothing moves and nothing is shown.
 
@@ -122,7 +151,7 @@ class Instrument:
             modulator=limits,
             counter=self.counter.limits,
             stage=self.stage if STAGE.name in self._devices.by_role else None,
-            px_per_mm=self._px_per_mm,
+            calibration=self._calibration,
         )
 
     def start(

@@ -61,7 +61,7 @@ def probe_bench(path: str | Path) -> tuple[Probed, ...]:
         ConfigError: mistakes in the file.
     """
     found: list[Probed] = []
-    config = load_bench(path, ())
+    config = load_bench(path, (), calibrated=False)
     for role, device in config.devices.items():
         driver = device.installed.name
         try:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
-from instrument.config import NOTHING_KNOWN, LightTable
+from instrument.config import NOTHING_KNOWN, Calibration, LightTable
 from instrument.plan import Plan
 from instrument.recording import Recording, TimingReport
 from instrument.storage import layout
@@ -126,6 +126,7 @@ def _recording(path: Path, entry: Group) -> Recording:
         dead_time_s=_at_least(path, entry, layout.DEAD_TIME_S, "0 s or more"),
         dark_rate_hz=_at_least(path, entry, layout.DARK_RATE_HZ, "0 Hz or more"),
         light=_light(entry),
+        calibration=_calibration(entry),
         truth=_truth(path, entry, plan, len(values)),
         timing=timing_of(entry),
         path=path,
@@ -139,6 +140,16 @@ def _light(entry: Group) -> LightTable:
         return LightTable.model_validate(bench.get("light") or {})
     except (ValueError, AttributeError):
         return NOTHING_KNOWN
+
+
+def _calibration(entry: Group) -> Calibration | None:
+    """The calibration of the bench; None where it had none, or where another program wrote one that this does not know."""
+    try:
+        bench: dict[str, Any] = json.loads(entry.text(layout.BENCH)) if layout.BENCH in entry else {}
+        stored = bench.get("calibration")
+        return None if stored is None else Calibration.model_validate_json(json.dumps(stored))
+    except (ValueError, AttributeError):
+        return None
 
 
 def _refuse_cut_off(path: Path, entry: Group) -> None:

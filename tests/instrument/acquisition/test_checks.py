@@ -3,6 +3,7 @@
 import pytest
 
 from instrument.acquisition import Check, check_plan
+from instrument.config import DisplacementSection
 from instrument.plan import MotionPlan, Plan
 from instrument.schemes import FourierHadamardSettings, scheme_of
 from protocols import (
@@ -18,6 +19,7 @@ from protocols import (
 )
 from sim_backends.bench import OpticalBench, SceneSettings
 from sim_backends.devices.stage import StageSettings, open_stage
+from tests.support.calibrations import calibration, displacement
 
 V7000 = ModulatorLimits(
     columns=1024,
@@ -30,7 +32,7 @@ V7000 = ModulatorLimits(
 H10682 = CounterLimits(max_sync_rate_hz=1e6, max_count_rate_hz=5e6, dead_time_s=20e-9)
 
 
-def checked(plan: Plan, counter: CounterLimits = H10682, px_per_mm: float | None = None) -> dict[str, Check]:
+def checked(plan: Plan, counter: CounterLimits = H10682, known: DisplacementSection | None = None) -> dict[str, Check]:
     stage = open_stage(StageSettings(), BenchContext(scene=OpticalBench(SceneSettings())))
     report = check_plan(
         plan,
@@ -38,7 +40,7 @@ def checked(plan: Plan, counter: CounterLimits = H10682, px_per_mm: float | None
         modulator=V7000,
         counter=counter,
         stage=stage,
-        px_per_mm=px_per_mm,
+        calibration=None if known is None else calibration(known),
     )
     return {check.name: check for check in report.checks}
 
@@ -113,9 +115,19 @@ def test_both_ends_of_the_way_must_lie_in_the_travel() -> None:
 def test_motion_per_frame_is_held_against_the_unambiguous_range() -> None:
     """F = 2/128: half a period is 32 px. A frame of 6 x 50 us at 25 mm/s is 7.5 um."""
     plan = Plan(frames=10, motion=MotionPlan(velocity_mm_s=25))
-    assert checked(plan, px_per_mm=7.2)["displacement"].message.startswith("0.054 px a frame")
-    assert checked(plan, px_per_mm=200)["displacement"].outcome == "warning"
-    assert "32 px a frame" in str(error_of(checked(plan, px_per_mm=5000)["displacement"]))
+    assert checked(plan, known=displacement(7.2))["displacement"].message.startswith("0.054 px a frame")
+    assert checked(plan, known=displacement(200))["displacement"].outcome == "warning"
+    assert "32 px a frame" in str(error_of(checked(plan, known=displacement(5000))["displacement"]))
+
+
+def test_the_scale_is_that_of_the_pixels_of_the_plan() -> None:
+    """At 256 px of one mirror the image is twice as large in pixels: 14.4 px/mm x 7.5 um a frame."""
+    plan = Plan(frames=10, image_size=256, superpixel=1, motion=MotionPlan(velocity_mm_s=25))
+    known = displacement(14.4, image_size=256, superpixel=1)
+    assert checked(plan, known=known)["displacement"].message.startswith("0.108 px a frame")
+    refused = str(error_of(checked(plan, known=displacement(7.2))["calibration"]))
+    assert "256 px of 1 x 1 mirrors, where [displacement] of the calibration of 2023-04-01" in refused
+    assert "holds for 128 px of 2 x 2" in refused
 
 
 def test_hadamard_patterns_that_repeat_are_said() -> None:

@@ -88,7 +88,6 @@ def test_the_recording_gets_names_versions_and_all_settings(path: Path) -> None:
             "settings": {"answer_delay_s": 0.2},
         },
         "on_abort": "home",
-        "px_per_mm": None,
     }
 
 
@@ -173,7 +172,8 @@ def test_a_bench_needs_its_three_devices(path: Path) -> None:
         "modulator: saw nothing; expected a value for modulator (is modulatr meant to be modulator?)",
         "stage: saw nothing; expected a value for stage",
         (
-            "modulatr: saw an unknown key; expected one of modulator, counter, stage, scene, light (did you mean modulator?)"
+            "modulatr: saw an unknown key; expected one of modulator, counter, stage, scene, light, calibration, "
+            "magnification (did you mean modulator?)"
         ),
         "counter.driver: saw nothing; expected a value for driver (is drivr meant to be driver?)",
     ]

@@ -138,18 +138,11 @@ def _tables(**stage: object) -> dict[str, dict[str, object]]:
     }
 
 
-@pytest.mark.parametrize("px_per_mm", [1e-9, 7.2, 1_000_000.0])
-def test_a_scale_above_nothing_and_up_to_a_million_is_kept(px_per_mm: float) -> None:
-    bench = bench_of_tables(_tables(px_per_mm=px_per_mm), "here")
-    assert (bench.px_per_mm, bench.on_abort, bench.scene) == (px_per_mm, "stop", None)
-    assert list(bench.devices) == ["modulator", "counter", "stage"]
-
-
-@pytest.mark.parametrize("px_per_mm", [0.0, -7.2, 1_000_001.0])
-def test_no_other_scale_is_taken_and_the_title_stands_for_the_file(px_per_mm: float) -> None:
+def test_a_scale_in_the_stage_table_is_refused_and_the_title_stands_for_the_file() -> None:
     with pytest.raises(ConfigError, match=r"here: stage\.px_per_mm: saw ") as caught:
-        bench_of_tables(_tables(px_per_mm=px_per_mm), "here")
+        bench_of_tables(_tables(px_per_mm=7.2), "here")
     assert [problem.key for problem in caught.value.problems] == ["stage.px_per_mm"]
+    assert "kinopix calibrate displacement" in str(caught.value)
 
 
 def test_a_bench_is_the_same_from_a_file_as_from_its_tables(tmp_path: Path) -> None:

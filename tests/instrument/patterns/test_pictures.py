@@ -53,8 +53,10 @@ def test_the_letter_looks_different_in_each_of_the_eight_ways() -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["", "wite", "white:3", "checker:1-2", "columns:3", "columns:3-3", "rows:4-9", "block:0,0,9,1", "block:1,2,3"]
-    + ["fringe:0", "fringe:5", "columns:-1-3", "white ", "White", "not", "not not white", "columns:8-8"],
+    [
+        *("", "wite", "white:3", "checker:1-2", "columns:3", "columns:3-3", "rows:4-9", "block:0,0,9,1", "block:1,2,3"),
+        *("fringe:0", "fringe:5", "columns:-1-3", "white ", "White", "not", "not not white", "columns:8-8"),
+    ],
 )
 def test_what_is_no_picture_is_refused(name: str) -> None:
     with pytest.raises(InputError, match="the picture"):

@@ -13,6 +13,7 @@ from instrument.recording import Recording
 from instrument.session import Instrument
 from instrument.storage import open_recording
 from tests.support.benches import bench_toml
+from tests.support.calibrations import calibrated_bench_toml, displacement
 from tests.support.plain_hdf5 import array, text
 from tests.support.plans import plan_of
 
@@ -104,7 +105,7 @@ def test_a_moving_stage_with_a_scheme_that_sees_no_motion_is_warned_of(
 
 
 def test_moments_have_no_limit_of_motion_a_frame(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    bench = bench_toml(tmp_path, stage="px_per_mm = 10.0")
+    bench = calibrated_bench_toml(tmp_path, displacement(10.0, image_size=32, superpixel=4))
     said: dict[str, str] = {}
     for scheme in ("moment-hadamard", "fourier-3step"):
         plan = _plan_toml(tmp_path, scheme, moves=True)

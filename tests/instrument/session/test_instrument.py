@@ -9,6 +9,7 @@ from threading import Event as ThreadEvent
 import numpy as np
 import pytest
 
+from instrument.config import read_calibration
 from instrument.plan import MotionPlan
 from instrument.session import BlockEvent, Event, Instrument
 from instrument.storage import open_recording
@@ -23,6 +24,7 @@ from protocols import (
 )
 from tests.support import plain_hdf5 as plain
 from tests.support.benches import SMALL, bench_toml
+from tests.support.calibrations import calibrated_bench_toml, displacement
 
 
 def test_a_run_records_every_frame_and_the_truth(tmp_path: Path) -> None:
@@ -160,9 +162,29 @@ def test_all_that_is_wrong_with_a_plan_is_said_at_once(tmp_path: Path) -> None:
 
 def test_the_scale_of_the_bench_is_used_in_the_check(tmp_path: Path) -> None:
     """25 mm/s x 1.8 px/mm x 300 us."""
-    with Instrument.from_toml(bench_toml(tmp_path, stage="px_per_mm = 1.8")) as bench:
+    with Instrument.from_toml(_calibrated(tmp_path)) as bench:
         messages = [check.message for check in bench.check(SMALL).checks if check.name == "displacement"]
     assert messages == ["0.0135 px a frame, unambiguous within 8 px"]
+
+
+def test_a_run_keeps_the_calibration_of_its_bench(tmp_path: Path) -> None:
+    with Instrument.from_toml(_calibrated(tmp_path)) as bench:
+        bench.run(SMALL, tmp_path / "run.h5")
+        assert bench.calibration == read_calibration(tmp_path / "mine.toml")
+    assert open_recording(tmp_path / "run.h5").calibration == bench.calibration
+
+
+def test_a_calibration_of_another_bench_is_refused_and_the_devices_are_closed(tmp_path: Path) -> None:
+    path = _calibrated(tmp_path)
+    (tmp_path / "mine.toml").write_text((tmp_path / "mine.toml").read_text().replace("simulated KA400Z", "KA200"))
+    with pytest.raises(
+        InputError, match=r"stage: saw a calibration that was made with Kinopix KA200; expected one made w"
+    ):
+        Instrument.from_toml(path)
+
+
+def _calibrated(folder: Path) -> Path:
+    return calibrated_bench_toml(folder, displacement(1.8, image_size=SMALL.image_size, superpixel=SMALL.superpixel))
 
 
 def test_leaving_makes_the_others_safe_when_one_device_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
