@@ -2,3 +2,31 @@
 
 Each measurement is a section of the calibration file (``instrument.config.Calibration``).
 """
+
+from instrument.calibration.dead_time import DeadTimeFit, Ladder, better, counted_hz, fit_dead_time
+from instrument.calibration.detector import DetectorResult, calibrate_detector, linear_limit_hz, name_of_line
+from instrument.calibration.mirrors import MirrorsResult, calibrate_mirrors, response
+from instrument.calibration.pictures import PictureCounts, PictureField, counts_of, together
+from instrument.calibration.profile import ProfileResult, calibrate_light, falloff_of
+
+__all__ = [
+    "DeadTimeFit",
+    "DetectorResult",
+    "Ladder",
+    "MirrorsResult",
+    "PictureCounts",
+    "PictureField",
+    "ProfileResult",
+    "better",
+    "calibrate_detector",
+    "calibrate_light",
+    "calibrate_mirrors",
+    "counted_hz",
+    "counts_of",
+    "falloff_of",
+    "fit_dead_time",
+    "linear_limit_hz",
+    "name_of_line",
+    "response",
+    "together",
+]

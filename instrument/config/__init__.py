@@ -11,6 +11,7 @@ from instrument.config.calibration_file import (
 )
 from instrument.config.calibration_section import GridSection, Section
 from instrument.config.check import validate_table
+from instrument.config.detector_section import DetectorSection, LampLine, Measured
 from instrument.config.discovery import (
     InstalledPlugin,
     PluginBroken,
@@ -25,6 +26,8 @@ from instrument.config.displacement_section import Approach, CalibrationPosition
 from instrument.config.document import read_document
 from instrument.config.errors import ConfigError, Problem
 from instrument.config.light_table import NOTHING_KNOWN, DeadTimeKind, LightTable
+from instrument.config.mirrors_section import MirrorsSection
+from instrument.config.profile_section import ProfileSection
 from instrument.config.scheme_table import (
     DEFAULT_SCHEME,
     SchemePlugin,
@@ -44,16 +47,21 @@ __all__ = [
     "CalibrationPosition",
     "ConfigError",
     "DeadTimeKind",
+    "DetectorSection",
     "DisplacementSection",
     "GridSection",
     "InstalledPlugin",
+    "LampLine",
     "LightTable",
+    "Measured",
+    "MirrorsSection",
     "OnAbort",
     "PluginBroken",
     "PluginKind",
     "PluginLine",
     "PluginMissing",
     "Problem",
+    "ProfileSection",
     "Resolved",
     "ResolvedDevice",
     "SchemePlugin",

@@ -219,16 +219,25 @@ def _checked(
     light = search.table("light", LightTable) if "light" in document.values else None
     named: str | None = document.values.get("calibration")
     path = None if named is None else document.path.parent / path_of(named)
+    calibration = read_calibration(path) if path is not None and calibrated else None
     return BenchConfig(
         path=document.path,
         devices=devices,
         on_abort=stage.on_abort,
-        calibration=read_calibration(path) if path is not None and calibrated else None,
+        calibration=calibration,
         calibration_path=path,
         magnification=document.values.get("magnification", ""),
         scene=scene,
-        light=light or NOTHING_KNOWN,
+        light=_with_kind(light or NOTHING_KNOWN, calibration),
     )
+
+
+def _with_kind(light: LightTable, calibration: Calibration | None) -> LightTable:
+    """Give ``[light]`` with the kind of the dead time that was measured, where the file states none."""
+    detector = None if calibration is None else calibration.detector
+    if detector is None or detector.dead_time_kind is None or "dead_time_kind" in light.model_fields_set:
+        return light
+    return light.model_copy(update={"dead_time_kind": detector.dead_time_kind})
 
 
 TableT = TypeVar("TableT", bound=BaseModel)

@@ -13,9 +13,12 @@ import tomli_w
 
 from instrument.config.calibration_section import GridSection, Section
 from instrument.config.check import validate_table
+from instrument.config.detector_section import DetectorSection
 from instrument.config.displacement_section import DisplacementSection
 from instrument.config.document import Document, read_document
 from instrument.config.errors import ConfigError, Problem
+from instrument.config.mirrors_section import MirrorsSection
+from instrument.config.profile_section import ProfileSection
 from instrument.roles import RoleName
 from protocols import DeviceIdentity, Frozen, InputError
 
@@ -72,13 +75,13 @@ class Calibration(Frozen):
     displacement: DisplacementSection | None = None
     """Pixels a millimetre, and the stage's axis."""
 
-    detector: Section | None = None
+    detector: DetectorSection | None = None
     """Dark counts, dead time, linear limit."""
 
-    mirrors: Section | None = None
+    mirrors: MirrorsSection | None = None
     """Transition leak, edge loss, delay of the light."""
 
-    light: Section | None = None
+    light: ProfileSection | None = None
     """Illumination and background."""
 
     alignment: Section | None = None

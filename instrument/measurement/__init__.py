@@ -8,6 +8,7 @@ from instrument.measurement.image_values import ImageValues, fixed_columns
 from instrument.measurement.light_model import IDEAL, LightModel, Parameter, Source
 from instrument.measurement.light_stream import LightStream
 from instrument.measurement.measurement import Measurement
+from instrument.measurement.ripple import Ripple, ripples_seen
 from instrument.measurement.screening import Screened, screened, slips_of_counts, tell_slips, usable_frames
 from instrument.measurement.slips import Slips
 
@@ -20,6 +21,7 @@ __all__ = [
     "LightStream",
     "Measurement",
     "Parameter",
+    "Ripple",
     "Screened",
     "Slips",
     "Source",
@@ -28,6 +30,7 @@ __all__ = [
     "fixed_columns",
     "light_of",
     "noise_variance",
+    "ripples_seen",
     "screened",
     "slips_of_counts",
     "tell_slips",

@@ -4,7 +4,7 @@ from typing import Final, Literal, TypeAlias
 
 from pydantic import NonNegativeFloat
 
-from instrument.config import LightTable
+from instrument.config import LightTable, MirrorsSection
 from instrument.measurement.ripple import Ripple
 from protocols import Frozen
 
@@ -58,10 +58,25 @@ class LightModel(Frozen):
     """Offset of each pattern that measures position, in the order of their columns, as a share of the total light; none for 0."""
 
     @classmethod
-    def of(cls, table: LightTable) -> "LightModel":
-        """Give the light model that ``[light]`` of bench.toml states; what it does not state is assumed to be 0."""
+    def of(
+        cls, table: LightTable, mirrors: MirrorsSection | None = None, picture_time_s: float = 50e-6
+    ) -> "LightModel":
+        """Give the light model that ``[light]`` states, or else the calibration; what neither states is assumed to be 0.
+
+        Args:
+            table: of bench.toml.
+            mirrors: the calibration's section; None where the mirrors were not measured.
+            picture_time_s: of the run: mirrors that take their time leak more in a shorter picture.
+        """
         stated = {"leak": table.leak, "edge_loss": table.edge_loss}
         given = {name: Parameter(value=value, source="given") for name, value in stated.items() if value is not None}
+        if mirrors is not None:
+            leak = mirrors.leak_at(picture_time_s)
+            measured = {"leak": leak, "edge_loss": mirrors.edge_loss}
+            given = {
+                name: Parameter(value=max(0.0, number.value), sigma=number.sigma, source="calibrated")
+                for name, number in measured.items()
+            } | given
         return cls.model_validate(given)
 
 

@@ -97,7 +97,8 @@ class Measurement:
             photon_counts=recording.photon_counts,
             findings=screening.findings,
         )
-        return measurement.lit_by(LightModel.of(recording.light))
+        mirrors = None if recording.calibration is None else recording.calibration.mirrors
+        return measurement.lit_by(LightModel.of(recording.light, mirrors, recording.picture_time_s))
 
     def lit_by(self, light: LightModel) -> "Measurement":
         """Correct what arrived by another light model."""

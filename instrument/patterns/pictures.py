@@ -2,8 +2,8 @@
 
 ``white``, ``black``, ``half`` (the left one), ``checker``, ``fringe``, ``crosshair`` and ``letter`` need no numbers. A name may
 carry numbers after a colon, in image pixels: ``checker:2`` has cells of 2 px, ``fringe:4`` four periods across the field,
-``columns:8-24`` lights columns 8 to 23, ``rows:0-64`` rows 0 to 63, and ``block:0,16,8,4`` begins at row 0 and column 16, and is 8
-high and 4 wide. ``not`` before a name gives the complement.
+``columns:8-24`` lights columns 8 to 23, ``rows:0-64`` rows 0 to 63, and ``block:0,16,8,4`` begins at row 0 and column 16, and
+is 8 high and 4 wide. ``not`` before a name gives the complement.
 """
 
 import re

@@ -74,8 +74,8 @@ class Instrument:
 
         Args:
             path: the file.
-            only: roles whose devices are opened, such as ``{"stage"}``; the file needs no others, and no calibration is read. None
-                opens the whole bench.
+            only: roles whose devices are opened, such as ``{"stage"}``; the file needs no others, and no calibration is
+                read. None opens the whole bench.
 
         Raises:
             ConfigError: every mistake in the file at once, or in the calibration file that it names.
@@ -187,7 +187,8 @@ class Instrument:
             path = path_of(out) if out is not None else Path(f"run-{datetime.now(UTC):%Y%m%d-%H%M%S}.h5")
             refuse_existing(path, overwrite=overwrite)
             refuse_full_disk(path, plan.patterns)
-            job = Job(plan, sequence, self._devices, path, overwrite, self._on_abort, self._description)
+            detector = None if self._calibration is None else self._calibration.detector
+            job = Job(plan, sequence, self._devices, path, overwrite, self._on_abort, self._description, detector)
             self._run = Run(job, tuple(listeners))  # known before it begins: an interrupt here finds it
             self._run.begin()
             return self._run
