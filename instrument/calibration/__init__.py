@@ -3,21 +3,33 @@
 Each measurement is a section of the calibration file (``instrument.config.Calibration``).
 """
 
+from instrument.calibration.alignment import (
+    AlignmentResult,
+    calibrate_alignment,
+    still_image,
+    target_letter,
+    verdict_of,
+)
 from instrument.calibration.dead_time import DeadTimeFit, Ladder, better, counted_hz, fit_dead_time
 from instrument.calibration.detector import DetectorResult, calibrate_detector, linear_limit_hz, name_of_line
 from instrument.calibration.mirrors import MirrorsResult, calibrate_mirrors, response
+from instrument.calibration.orientation import ORIENTATIONS, Match, laid, match_target, upright, upright_angle_deg
 from instrument.calibration.pictures import PictureCounts, PictureField, counts_of, together
 from instrument.calibration.profile import ProfileResult, calibrate_light, falloff_of
 
 __all__ = [
+    "ORIENTATIONS",
+    "AlignmentResult",
     "DeadTimeFit",
     "DetectorResult",
     "Ladder",
+    "Match",
     "MirrorsResult",
     "PictureCounts",
     "PictureField",
     "ProfileResult",
     "better",
+    "calibrate_alignment",
     "calibrate_detector",
     "calibrate_light",
     "calibrate_mirrors",
@@ -25,8 +37,15 @@ __all__ = [
     "counts_of",
     "falloff_of",
     "fit_dead_time",
+    "laid",
     "linear_limit_hz",
+    "match_target",
     "name_of_line",
     "response",
+    "still_image",
+    "target_letter",
     "together",
+    "upright",
+    "upright_angle_deg",
+    "verdict_of",
 ]

@@ -1,5 +1,6 @@
 """Configuration: TOML files read into checked models, and plug-ins found by name."""
 
+from instrument.config.alignment_section import AlignmentSection, Orientation
 from instrument.config.bench import BenchConfig, OnAbort, Resolved, ResolvedDevice, bench_of_tables, load_bench
 from instrument.config.calibration_file import (
     CalibratedDevice,
@@ -40,6 +41,7 @@ from instrument.config.scheme_table import (
 __all__ = [
     "DEFAULT_SCHEME",
     "NOTHING_KNOWN",
+    "AlignmentSection",
     "Approach",
     "BenchConfig",
     "CalibratedDevice",
@@ -56,6 +58,7 @@ __all__ = [
     "Measured",
     "MirrorsSection",
     "OnAbort",
+    "Orientation",
     "PluginBroken",
     "PluginKind",
     "PluginLine",

@@ -11,6 +11,7 @@ from typing import Final, Literal, Self, TypeAlias
 
 import tomli_w
 
+from instrument.config.alignment_section import AlignmentSection
 from instrument.config.calibration_section import GridSection, Section
 from instrument.config.check import validate_table
 from instrument.config.detector_section import DetectorSection
@@ -84,7 +85,7 @@ class Calibration(Frozen):
     light: ProfileSection | None = None
     """Illumination and background."""
 
-    alignment: Section | None = None
+    alignment: AlignmentSection | None = None
     """Which way is x, flips and turns."""
 
     @property

@@ -11,6 +11,7 @@ from instrument.measurement.measurement import Measurement
 from instrument.measurement.ripple import Ripple, ripples_seen
 from instrument.measurement.screening import Screened, screened, slips_of_counts, tell_slips, usable_frames
 from instrument.measurement.slips import Slips
+from instrument.measurement.wiring import Wiring, wiring_of
 
 __all__ = [
     "IDEAL",
@@ -25,6 +26,7 @@ __all__ = [
     "Screened",
     "Slips",
     "Source",
+    "Wiring",
     "bordering_share",
     "first_light",
     "fixed_columns",
@@ -35,4 +37,5 @@ __all__ = [
     "slips_of_counts",
     "tell_slips",
     "usable_frames",
+    "wiring_of",
 ]

@@ -1,3 +1,4 @@
+from .alignment import alignment_figure as alignment_figure
 from .live import LiveView as LiveView
 from .pictures import picture_folder as picture_folder
 from .pictures import write_pictures as write_pictures
@@ -23,6 +24,7 @@ __all__ = [
     "ERR",
     "OUT",
     "LiveView",
+    "alignment_figure",
     "check_table",
     "error_figure",
     "figures_table",
