@@ -11,7 +11,7 @@ from sim_backends.bench.clock import BenchClock, RealTimeClock, VirtualClock
 from sim_backends.bench.fault_settings import DroppedEdge
 from sim_backends.bench.files import load_trajectory
 from sim_backends.bench.motion import Displacement, Position, StageMotion, Trajectory
-from sim_backends.bench.noise_settings import NoNoise, PhotonNoise
+from sim_backends.bench.noise_settings import PhotonNoise
 from sim_backends.bench.projection import Edges, Projection
 from sim_backends.bench.run import Run, no_counts
 from sim_backends.bench.settings import SceneSettings
@@ -45,7 +45,6 @@ class OpticalBench:
         self._carried: list[tuple[float, Position]] = []
         self._origin_mm = settings.object_at_mm
         self._run: Run | None = None
-        self._runs = 0
         self._dark_s = math.inf
         self._trajectory = load_trajectory(folder / settings.trajectory) if settings.trajectory else None
         self.use_grid(PixelGrid(image_size=128, superpixel=2))
@@ -96,8 +95,7 @@ class OpticalBench:
             InputError: photon counting, and the object lets no light through to the field at the first picture.
         """
         with self._lock:
-            settings = _with_noise_of(self.settings, self._runs)
-            self._runs += 1
+            settings = self.settings
             sync = sync_line(
                 len(projection.play_order),
                 picture_time_s=projection.picture_time_s,
@@ -221,12 +219,3 @@ def bench_of(context: BenchContext, device: str) -> OpticalBench:
         expected="the optical bench, on which simulated devices and emulators stand",
         remedy="add a [scene] table to bench.toml, or choose a driver for real hardware",
     )
-
-
-def _with_noise_of(settings: SceneSettings, run: int) -> SceneSettings:
-    """Settings for the n-th run on a bench that stays open: the first one has the seed that was set, each later one its own."""
-    noise = settings.noise
-    if run == 0 or isinstance(noise, NoNoise):
-        return settings
-    seed = int(np.random.SeedSequence([noise.seed, run]).generate_state(1)[0])
-    return settings.model_copy(update={"noise": noise.model_copy(update={"seed": seed})})
