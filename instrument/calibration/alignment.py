@@ -11,15 +11,15 @@ from typing import Final
 
 import numpy as np
 
-from instrument.calibration.orientation import Match, match_target, upright_angle_deg
+from instrument.calibration.orientation import Match, match_target, place_of, upright_angle_deg
 from instrument.calibration.pictures import PictureField
 from instrument.config import AlignmentSection, Measured
-from instrument.measurement import Measurement, Wiring, light_of, wiring_of
+from instrument.measurement import Wiring, first_light, light_of, wiring_of
 from instrument.patterns import letter
 from instrument.plan import Plan
 from instrument.reconstruction import inverse_hadamard
 from instrument.recording import Recording
-from instrument.schemes import image_rows_of, position_of, scheme_of
+from instrument.schemes import image_rows_of, scheme_of
 from instrument.session import Instrument
 from protocols import Floats, InputError, MotionProfile
 
@@ -33,11 +33,7 @@ _CELLS: Final = 40
 _SLOW_MM_S: Final = 10.0
 _SOFT_MM_S2: Final = 50.0
 _BORDER: Final = 1 / 16
-_AT_BORDER: Final = 0.1
 _FEW_PX: Final = 1.0
-
-_DITHERING_PX: Final = {4: 0.02, 2: 0.04, 1: 0.17}
-"""Error of a place, along each axis, that dithering makes by itself, by its samples a pixel (docs/schemes/fourier-hadamard.md)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,20 +87,19 @@ def calibrate_alignment(
         KinopixError: as ``Instrument.run``, or of the stage.
     """
     target = target_letter() if target is None else target
-    upsampling = next(finer for finer in _DITHERING_PX if field.superpixel % finer == 0)
     plan = Plan.model_validate(
         {
             "frames": frames or min(field.image_size**2, max(256, field.image_size**2 // 4), 4096),
             "pattern_rate_hz": pattern_rate_hz,
             "image_size": field.image_size,
             "superpixel": field.superpixel,
-            "scheme": {"name": "fourier-hadamard", "upsampling": upsampling},
         }
     )
     field.folder.mkdir(parents=True, exist_ok=True)
     recording = _recorded(bench, field, plan, "alignment-here")
     image, wiring = still_image(recording)
-    match = match_target(image, target)
+    band = min(1.0, plan.frames / field.image_size**2)
+    match = match_target(image, target, band)
     if match.found < FOUND:
         raise InputError(
             saw=f"no target in the image (log-likelihood {match.found:.1f} over noise)",
@@ -113,7 +108,8 @@ def calibrate_alignment(
         )
     axis = None
     if step_mm is not None:
-        axis = _axis(recording, _after_step(bench, field, plan, step_mm), step_mm, _DITHERING_PX[upsampling])
+        there, _ = still_image(_after_step(bench, field, plan, step_mm))
+        axis = _axis(image, there, match.template, step_mm, band)
     section = AlignmentSection(
         date=datetime.now(UTC),
         orientation=match.orientation,
@@ -127,7 +123,7 @@ def calibrate_alignment(
         px_per_mm=None if axis is None else axis[1],
         axis_angle_upright_deg=None if axis is None else upright_angle_deg(axis[0].value, match.orientation),
     )
-    return AlignmentResult(section, image, match, verdict_of(section, image, step_mm))
+    return AlignmentResult(section, image, match, verdict_of(section, match, step_mm))
 
 
 def still_image(recording: Recording) -> tuple[Floats, Wiring]:
@@ -145,14 +141,14 @@ def still_image(recording: Recording) -> tuple[Floats, Wiring]:
     light = np.where(recording.frame_valid[:, None], light, np.nan)
     per_column = np.zeros(light.shape[1]) if recording.photon_counts else np.nanmedian(variance, axis=0)
     wiring, _, _ = wiring_of(light, per_column, scheme, recording.plan.image_size)
-    measurement = Measurement.of(recording)
+    measurement = first_light(recording)
     values, valid = measurement.values, measurement.valid
     pairs = rows.pairs[np.arange(len(values)) % len(rows.pairs)]
     difference = values[:, rows.positive] - values[:, rows.negative]
     return inverse_hadamard(difference[valid], pairs[valid], recording.plan.image_size), wiring
 
 
-def verdict_of(section: AlignmentSection, image: Floats, step_mm: float | None = None) -> tuple[str, ...]:
+def verdict_of(section: AlignmentSection, match: Match, step_mm: float | None = None) -> tuple[str, ...]:
     """Say whether all is well, and what mends what is not."""
     found: list[str] = []
     if section.certainty < CERTAIN:
@@ -163,8 +159,12 @@ def verdict_of(section: AlignmentSection, image: Floats, step_mm: float | None =
         found.append(
             f"the image is {section.orientation.replace('turned', 'turned by')}"
             f"{' degrees clockwise' if 'turned' in section.orientation else ' left to right'}: displacement is not touched by "
-            "that, and pictures are turned upright by `upright` of instrument.calibration; to mend it on the bench, turn the "
-            "modulator or the object, and for a mirrored image add or take out a mirror"
+            "that, and pictures are turned upright by `upright` of instrument.calibration; to mend it on the bench, "
+            + (
+                "add or take out a mirror"
+                if section.orientation.startswith("mirrored")
+                else "turn the modulator or the object"
+            )
         )
     if abs(section.turn_deg.value) > 2 * section.turn_deg.sigma:
         found.append(f"the target is turned by {section.turn_deg.value:.0f} degrees more: turn it, or the modulator")
@@ -178,7 +178,7 @@ def verdict_of(section: AlignmentSection, image: Floats, step_mm: float | None =
             "H- is shown before H+: look at the order of the patterns, and at the sync edge (rising or falling). Until then "
             "each run is taken back by its analysis"
         )
-    found += _in_field(image)
+    found += _in_field(match, section.image_size)
     moved_px = 0.0 if section.px_per_mm is None or step_mm is None else abs(section.px_per_mm.value * step_mm)
     if section.px_per_mm is not None and moved_px < max(_FEW_PX, 5 * section.px_per_mm.sigma * abs(step_mm or 0)):
         found.append(
@@ -189,20 +189,16 @@ def verdict_of(section: AlignmentSection, image: Floats, step_mm: float | None =
     return (well,) if not found else (f"{len(found)} things are to be looked at", *found)
 
 
-def _in_field(image: Floats) -> list[str]:
-    """Name the borders of the field that the light reaches."""
-    rim = max(1, round(len(image) * _BORDER))
-    lit = np.maximum(image, 0.0)
-    noise = float(np.median(np.abs(image)))
-    total = max(float(np.where(image > 4 * noise, lit, 0).sum()), 1e-12)
-    sides = {"upper": image[:rim], "lower": image[-rim:], "left": image[:, :rim], "right": image[:, -rim:]}
-    cut = [
-        name for name, part in sides.items() if float(np.where(part > 4 * noise, part, 0).sum()) > _AT_BORDER * total
-    ]
+def _in_field(match: Match, size: int) -> list[str]:
+    """Name the borders of the field that the target comes near."""
+    rim = size * _BORDER
+    (column, row), (height, width) = match.corner_px, match.template.shape
+    near = {"upper": row, "lower": size - row - height, "left": column, "right": size - column - width}
+    cut = [name for name, room_px in near.items() if room_px < rim]
     if not cut:
         return []
     return [
-        f"light reaches the {' and the '.join(cut)} border of the field: move the object, or take a larger superpixel"
+        f"the target is near the {' and the '.join(cut)} border of the field: move it, or take a larger superpixel or image size"
     ]
 
 
@@ -226,33 +222,18 @@ def _after_step(bench: Instrument, field: PictureField, plan: Plan, step_mm: flo
     return recording
 
 
-def _axis(before: Recording, after: Recording, step_mm: float, dithering_px: float) -> tuple[Measured, Measured]:
-    """Direction of the axis in degrees, and px a millimetre, from the mean signals of two runs at rest."""
-    reading = position_of(scheme_of(before.plan))
-    signals, sigmas = zip(*(_signal(run) for run in (before, after)), strict=True)
-    moved = reading.displacement_px(signals[1], signals[0])[0]
-    sigma = np.sqrt(sigmas[0] ** 2 + sigmas[1] ** 2 + 2 * dithering_px**2)
-    distance = float(np.hypot(*moved))
-    along, across = moved / max(distance, 1e-12), np.array([-moved[1], moved[0]]) / max(distance, 1e-12)
-    angle_sigma = np.degrees(float(np.hypot(*(across * sigma))) / max(distance, 1e-12))
+def _axis(here: Floats, there: Floats, template: Floats, step_mm: float, band: float) -> tuple[Measured, Measured]:
+    """Direction of the axis in degrees, and px a millimetre, from the images of two runs at rest."""
+    places = [place_of(image, template, band) for image in (here, there)]
+    moved = places[1][0] - places[0][0]
+    sigma = np.hypot(places[0][1], places[1][1])
+    distance = max(float(np.hypot(*moved)), 1e-12)
+    along = moved / distance
+    across = np.array([-along[1], along[0]])
     sign = 1.0 if step_mm > 0 else -1.0
-    angle = Measured(
-        value=float(np.degrees(np.arctan2(sign * moved[1], sign * moved[0]))), sigma=min(float(angle_sigma), 180.0)
+    angle = float(np.degrees(np.arctan2(sign * moved[1], sign * moved[0])))
+    angle_sigma = float(np.degrees(np.hypot(*(across * sigma)) / distance))
+    return (
+        Measured(value=angle, sigma=min(angle_sigma, 180.0)),
+        Measured(value=distance / abs(step_mm), sigma=float(np.hypot(*(along * sigma))) / abs(step_mm)),
     )
-    scale = Measured(value=distance / abs(step_mm), sigma=float(np.hypot(*(along * sigma))) / abs(step_mm))
-    return angle, scale
-
-
-def _signal(recording: Recording) -> tuple[Floats, Floats]:
-    """Mean position signal of a run at rest, ``(1, 2)``, and the standard deviation of the place along each axis, ``(2,)`` px."""
-    measurement = Measurement.of(recording)
-    scheme = measurement.scheme
-    reading = position_of(scheme)
-    values = measurement.values[measurement.valid]
-    mean = values.mean(axis=0, keepdims=True)
-    total = float((mean @ scheme.light_weights)[0])
-    signal = reading.signal(mean, np.array([total]))
-    spread = values.std(axis=0, ddof=1) / np.sqrt(len(values))
-    noise = np.sqrt((spread[reading.columns] ** 2).mean(axis=1)) * 2 / total
-    period_px = reading.period_px or 2 * np.pi
-    return signal, noise / np.maximum(np.abs(signal[0]), 1e-12) * period_px / (2 * np.pi)

@@ -39,7 +39,7 @@ _LEAST_SCATTER: Final = 0.3
 
 
 @dataclass(frozen=True, eq=False)
-class Ladder:
+class LightLadder:
     """Count rates of pictures of known parts."""
 
     lit: Mask
@@ -107,7 +107,7 @@ def counted_hz(photons_hz: Floats, dead_time_s: float, kind: DeadTimeKind) -> Fl
     return photons_hz / (1 + photons_hz * dead_time_s)
 
 
-def fit_dead_time(ladder: Ladder, kind: DeadTimeKind) -> DeadTimeFit:
+def fit_dead_time(ladder: LightLadder, kind: DeadTimeKind) -> DeadTimeFit:
     """Fit one model to a ladder by least squares.
 
     Args:
@@ -148,7 +148,7 @@ def fit_dead_time(ladder: Ladder, kind: DeadTimeKind) -> DeadTimeFit:
     )
 
 
-def better(ladder: Ladder) -> tuple[DeadTimeFit, float]:
+def better(ladder: LightLadder) -> tuple[DeadTimeFit, float]:
     """Fit both models; give the one that fits better, and by how much chi-square the other one is worse.
 
     Where that is less than ``CERTAIN``, the difference between both dead times is in the standard deviation.

@@ -1,8 +1,8 @@
 """Which of the eight ways a known target lies in an image.
 
 Under white noise of standard deviation s, an image I that shows a target t times a brightness has the log-likelihood
-(I . t)^2 / (2 s^2 |t|^2) above that of nothing, at the place where it is largest. It is taken over places (by Fourier transform), heights
-and small turns of the target in each of its eight ways.
+(I . t)^2 / (2 s^2 |t|^2) above that of nothing, at the place where it is largest. It is taken over places (by Fourier
+transform), heights and small turns of the target in each of its eight ways.
 """
 
 from dataclasses import dataclass
@@ -22,6 +22,9 @@ _TURNS_DEG: Final = (-12.0, -6.0, 0.0, 6.0, 12.0)
 _FINE_DEG: Final = (-4.0, -2.0, 0.0, 2.0, 4.0)
 _FINE: Final = (0.93, 0.965, 1.0, 1.035, 1.07)
 _GAUSSIAN_MAD: Final = 1.4826
+
+GRID_PX: Final = 0.15
+"""Error of a place, along each axis, of an object that lies otherwise between the pixels than the template."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,12 +75,15 @@ def upright_angle_deg(angle_deg: float, orientation: Orientation) -> float:
     return (turned + 180) % 360 - 180
 
 
-def match_target(image: Floats, target: Floats) -> Match:
+def match_target(image: Floats, target: Floats, band: float = 1.0) -> Match:
     """Find a target in an image.
 
     Args:
         image: ``(m, m)``, dark but for the target, noise white.
         target: transmission of the upright target, cut to its border.
+        band: share of all Hadamard patterns that the image is made of. Its noise is white within them: of one pixel it is
+        less, by
+            the root of the share, than of what the image is made of.
 
     Returns:
         The most likely way, place, height and turn.
@@ -97,7 +103,7 @@ def match_target(image: Floats, target: Floats) -> Match:
         power = max(float(overlap[best]), 0.0) ** 2 / float((template**2).sum())
         return power, template, (column, row)
 
-    heights = _SMALLEST_PX * _STEP ** np.arange(np.log(size / _SMALLEST_PX) / np.log(_STEP))
+    heights = [_SMALLEST_PX * _STEP**k for k in range(int(np.log(size / _SMALLEST_PX) / np.log(_STEP)) + 1)]
     coarse: dict[Orientation, tuple[float, float, float]] = {}
     for way in ORIENTATIONS:
         tries = ((score(way, height, turn)[0], height, turn) for height in heights for turn in _TURNS_DEG)
@@ -114,7 +120,7 @@ def match_target(image: Floats, target: Floats) -> Match:
     best = order[0]
     power, height, turn = fine[best]
     _, template, corner = score(best, height, turn)
-    unit = 2 * max(noise, 1e-12) ** 2
+    unit = 2 * max(noise, 1e-12) ** 2 / band
     return Match(
         best,
         turn,
@@ -124,6 +130,39 @@ def match_target(image: Floats, target: Floats) -> Match:
         (power - fine[order[1]][0]) / unit,
         power / unit,
     )
+
+
+def place_of(image: Floats, template: Floats, band: float = 1.0) -> tuple[Floats, Floats]:
+    """Find a template in an image to a fraction of a pixel.
+
+    Args:
+        image: ``(m, m)``, noise white.
+        template: what was found in another image of the same thing.
+        band: as for ``match_target``.
+
+    Returns:
+        ``(2,)`` column and row of the template's corner, and the standard deviation of each, with ``GRID_PX`` for a template that
+        lies otherwise between the pixels.
+    """
+    size = len(image)
+    shape = (2 * size, 2 * size)
+    overlap = np.roll(fft.irfft2(fft.rfft2(image, shape) * np.conj(fft.rfft2(template, shape)), shape), size, (0, 1))
+    inner = overlap[1:-1, 1:-1]
+    row, column = (int(k) + 1 for k in np.unravel_index(int(np.argmax(inner)), inner.shape))
+    peak = overlap[row, column]
+    place: list[float] = []
+    sigma: list[float] = []
+    noise = _GAUSSIAN_MAD * float(np.median(np.abs(image - np.median(image)))) / band**0.5
+    brightness = float(peak) / float((template**2).sum())
+    for axis, at, low, high in (
+        (1, column, overlap[row, column - 1], overlap[row, column + 1]),
+        (0, row, overlap[row - 1, column], overlap[row + 1, column]),
+    ):
+        bend = float(low + high - 2 * peak)
+        place.append(at - size + float(low - high) / (2 * bend))
+        slope = np.gradient(np.pad(template, 1), axis=axis)
+        sigma.append(float(np.hypot(noise / max(brightness * np.sqrt((slope**2).sum()), 1e-12), GRID_PX)))
+    return np.array(place), np.array(sigma)
 
 
 def _stretch(target: Floats, way: Orientation) -> float:

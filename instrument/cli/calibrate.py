@@ -1,6 +1,6 @@
 """``kinopix calibrate``: what a lab measures of its bench; each sub-command writes one section of the calibration file.
 
-A sub-command lives in a file of its own, ``calibrate_<section>.py``, and is registered here.
+A sub-command lives in a file of its own, ``calibrate_<section>.py``; ``main`` registers it.
 """
 
 from pathlib import Path

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from instrument.cli.calibrate import CalibrationOption, app, say_written, target
+from instrument.cli.calibrate import CalibrationOption, say_written, target
 from instrument.cli.calibrate_bench import ROLES, RateOption, RunsOption, opened, write
 from instrument.cli.options import (
     BenchOption,
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from protocols import Floats
 
 
-@app.command("alignment")
 def alignment(
     bench: BenchOption,
     out: CalibrationOption = None,
@@ -40,10 +39,10 @@ def alignment(
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Image a known target at rest, and tell in which of eight ways it lies, how the patterns are wired, and where the stage goes.
+    """Image a known target: in which of eight ways it lies, how patterns are wired, and which way the stage goes.
 
-    Put the target upright into the light: the letter F, cut out of something dark, or one of your own with --target. With --step the
-    stage carries it there and back. Look at the picture that is written: is the right half of it the target as you see it?
+    Put the target upright into the light: the letter F, cut out of something dark, or one of your own with --target. With
+    --step the stage carries it there and back. Look at the picture that is written: is its right half the target as you see it?
     """
     from instrument.calibration import calibrate_alignment
     from instrument.views import OUT, alignment_figure, figures_table, save, say, warn

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Final, TypeAlias, TypedDict
 
 import typer
 
-from instrument.cli.calibrate import CalibrationOption, app, say_written, target
+from instrument.cli.calibrate import CalibrationOption, say_written, target
 from instrument.cli.options import (
     BenchOption,
     ImageSizeOption,
@@ -42,7 +42,6 @@ class DeadTime(TypedDict):
     dead_time_kind: "DeadTimeKind"
 
 
-@app.command("detector")
 def detector(
     bench: BenchOption,
     out: CalibrationOption = None,
@@ -112,7 +111,6 @@ def detector(
     _end(config, out, found.doubts)
 
 
-@app.command("mirrors")
 def mirrors(
     bench: BenchOption,
     out: CalibrationOption = None,
@@ -147,7 +145,6 @@ def mirrors(
     _end(config, out, found.doubts)
 
 
-@app.command("light")
 def light(
     bench: BenchOption,
     out: CalibrationOption = None,

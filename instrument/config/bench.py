@@ -82,7 +82,7 @@ def _whole_file(needed: Collection[RoleName]) -> type[Frozen]:
         **fields,
         scene=(SceneTable | None, None),
         light=(LightTable, NOTHING_KNOWN),
-        calibration=(Annotated[str, Field(min_length=1, max_length=1024)] | None, None),
+        calibration=(Annotated[str | None, Field(min_length=1, max_length=1024)], None),
         magnification=(_Magnification, ""),
     )
 

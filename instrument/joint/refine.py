@@ -15,7 +15,7 @@ from instrument.numerics import Smooth, TvState, one_blas_thread, smooth, total_
 from instrument.reconstruction import Problem, Reconstruction, solution_of
 from instrument.recording import Recording
 from instrument.schemes import position_of
-from instrument.tracking import Trajectory, as_trajectory
+from instrument.tracking import PathCovariance, Trajectory, as_trajectory
 from protocols import Floats, Integers
 
 _FEWEST_FRAMES = 64  # below which an image is too poor to refine a path
@@ -235,7 +235,11 @@ def _gauss_newton_step(evidence: Evidence, frame: Integers, last: Trajectory) ->
             inflation.append(1 + (1 - share) * (_slow_step_ratio(evidence.hadamard, axis) - 1))
     place_px = np.stack([fit.values for fit in fits], axis=1)
     variance_px2 = np.stack([fit.variance_to_first for fit in fits], axis=1) * np.array(inflation)
-    return replace(last, displacement_px=place_px - place_px[0], sigma_px=np.sqrt(variance_px2), method="joint")
+    sigma_px = np.sqrt(variance_px2)
+    covariance = PathCovariance.of(fits, sigma_px)
+    return replace(
+        last, displacement_px=place_px - place_px[0], sigma_px=sigma_px, method="joint", covariance=covariance
+    )
 
 
 def _slow_error_ratio(amplitude: Floats) -> float:

@@ -4,6 +4,7 @@ from instrument.numerics.blas import one_blas_thread
 from instrument.numerics.circle import Circle, fit_circle
 from instrument.numerics.compiled import compiled, inlined
 from instrument.numerics.fading import add, age, solve
+from instrument.numerics.intervals import coverage_factor
 from instrument.numerics.metrics import displacement_mse, offset_free_mse, psnr, ssim_global, ssim_local
 from instrument.numerics.operators import Layered, Operator, Stacked, Unseen, Weighted, largest_eigenvalue
 from instrument.numerics.row_products import RowProducts
@@ -30,6 +31,7 @@ __all__ = [
     "age",
     "close_border",
     "compiled",
+    "coverage_factor",
     "displacement_mse",
     "fit_circle",
     "inlined",

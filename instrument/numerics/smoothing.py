@@ -67,6 +67,19 @@ class Smooth:
         variance: Floats = np.interp(np.arange(len(self.values)), positions, np.sqrt(total)) ** 2
         return variance
 
+    def covariance_to_first(self, positions: Integers) -> Floats:
+        """Give the posterior covariance, ``(k, k)``, of the values at these ``(k,)`` positions minus the first one.
+
+        Its diagonal is ``variance_to_first``, but for the interpolation there.
+        """
+        total = np.zeros((len(positions), len(positions)))
+        mean = self.values[positions] - self.values[0]
+        for probability, spline in zip(self.probabilities, self.splines, strict=True):
+            deviation = spline.values[positions] - spline.values[0] - mean
+            of_spline = self.noise_variance * spline.covariance_to_first(positions)
+            total += probability * (of_spline + np.outer(deviation, deviation))
+        return total
+
     @property
     def order(self) -> int:
         """p: the order of the differences that are kept small."""

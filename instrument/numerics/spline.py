@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from math import comb
 
 import numpy as np
+from scipy.linalg import solve_banded
 
 from instrument.numerics.compiled import compiled, inlined
 from protocols import Floats, Integers
@@ -85,6 +86,18 @@ class Spline:
     def variances_to_first(self, positions: Integers) -> Floats:
         """Give the posterior variances of the values at these positions minus the first, for noise of variance 1 at weight 1."""
         return _variances_to_first(self._factor, positions)
+
+    def covariance_to_first(self, positions: Integers) -> Floats:
+        """Give the posterior covariance, ``(k, k)``, of the values at these ``(k,)`` positions minus the first, likewise.
+
+        With L the Cholesky factor of the normal matrix, entry k, l is the product of y_k and y_l, where L y_k = e_k - e_0.
+        """
+        right = np.zeros((len(self.values), len(positions)))
+        right[positions, np.arange(len(positions))] += 1
+        right[0] -= 1
+        solved = solve_banded((self.order, 0), self._factor, right)
+        covariance: Floats = solved.T @ solved
+        return covariance
 
 
 @inlined

@@ -1,5 +1,6 @@
 """The function that finds a trajectory in a recording."""
 
+from dataclasses import replace
 from typing import get_args
 
 from instrument.choices import TrackingMethod
@@ -37,7 +38,7 @@ def track(
     given = {"reference_frames": reference_frames, "mean_filter": mean_filter}
     settings = {name: value for name, value in given.items() if value is not None}
     if method == "per-frame":
-        return track_per_frame(first_light(recording), **settings)
+        return _scaled(track_per_frame(first_light(recording), **settings), recording)
     if method != "smooth":
         raise InputError(
             saw=f"the tracking method {method!r}",
@@ -50,4 +51,10 @@ def track(
             expected="settings of the method",
             remedy='leave it out, or ask for method="per-frame"',
         )
-    return track_smooth(first_light(recording))
+    return _scaled(track_smooth(first_light(recording)), recording)
+
+
+def _scaled(trajectory: Trajectory, recording: Recording | Measurement) -> Trajectory:
+    """Give a path the scale of the bench that it was recorded on, where a recording tells it."""
+    known = recording.calibration if isinstance(recording, Recording) else None
+    return trajectory if known is None else replace(trajectory, scale=known.displacement)

@@ -8,7 +8,10 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 from scipy.interpolate import CubicHermiteSpline
 
+from instrument.config import DisplacementSection
 from instrument.frame_times import frame_middle_s
+from instrument.tracking.covariance import PathCovariance
+from instrument.tracking.kinematics import MotionFit, in_mm, motion_fit, require_scale
 from protocols import Floats, InputError, Mask
 
 
@@ -30,6 +33,40 @@ class Trajectory:
 
     valid: Mask
     """``(frames,)``: whether the frame was measured; the displacement of the others is interpolated."""
+
+    covariance: PathCovariance | None = None
+    """How its errors hang together; None for a path that was not smoothed, or of few frames."""
+
+    scale: DisplacementSection | None = None
+    """Pixels a millimetre and axis of the bench that it was recorded on; None where it was not calibrated."""
+
+    @property
+    def displacement_mm(self) -> Floats:
+        """``(frames, 2)``: displacement along the stage's axis, and across it, in mm.
+
+        Raises:
+            InputError: the bench was not calibrated.
+        """
+        return in_mm(self, require_scale(self.scale))[0]
+
+    @property
+    def sigma_mm(self) -> Floats:
+        """``(frames, 2)``: standard uncertainty of ``displacement_mm``, that of the calibration included.
+
+        Raises:
+            InputError: the bench was not calibrated.
+        """
+        return in_mm(self, require_scale(self.scale))[1]
+
+    @property
+    def motion_px(self) -> MotionFit | None:
+        """Travel, speed and acceleration in px; None where the path does not know its covariance."""
+        return motion_fit(self)
+
+    @property
+    def motion_mm(self) -> MotionFit | None:
+        """Travel, speed and acceleration in mm along the stage's axis; None as in px, or where the bench was not calibrated."""
+        return None if self.scale is None else motion_fit(self, self.scale)
 
     def __len__(self) -> int:
         """Give the number of frames."""

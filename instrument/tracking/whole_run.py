@@ -1,6 +1,6 @@
 """The default tracker: a smooth path through all positions, with a smoothness that the data decide, and its uncertainty."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from instrument.measurement import Measurement
 from instrument.numerics import Smooth, smooth
 from instrument.schemes import Observation
+from instrument.tracking.covariance import PathCovariance
 from instrument.tracking.trajectory import Trajectory
 from instrument.tracking.unwrapping import unwrapped_px
 from protocols import Floats, Mask
@@ -51,7 +52,8 @@ def track_smooth(measurement: Measurement) -> Trajectory:
         for axis, fit in enumerate(fits):
             error = _dither_error(amplitude_px[:, axis], found.valid, fit.noise_variance)
             variance[:, axis] += np.minimum(error.slow_ratio * variance[:, axis], 2 * error.variance * changed)
-    return _trajectory(measurement, path_px, variance, found.valid)
+    path = _trajectory(measurement, path_px, variance, found.valid)
+    return replace(path, covariance=PathCovariance.of(fits, path.sigma_px))
 
 
 def _fitted(found: Observation, place_px: Floats, near_px: Floats) -> _Fits:

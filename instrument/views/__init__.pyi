@@ -1,4 +1,7 @@
 from .alignment import alignment_figure as alignment_figure
+from .calibration_table import displacement_figures as displacement_figures
+from .calibration_table import displacement_rows as displacement_rows
+from .calibration_table import displacement_table as displacement_table
 from .live import LiveView as LiveView
 from .pictures import picture_folder as picture_folder
 from .pictures import write_pictures as write_pictures
@@ -26,6 +29,9 @@ __all__ = [
     "LiveView",
     "alignment_figure",
     "check_table",
+    "displacement_figures",
+    "displacement_rows",
+    "displacement_table",
     "error_figure",
     "figures_table",
     "image_figure",

@@ -1,3 +1,5 @@
+# pyright: reportUnknownMemberType=false
+# matplotlib leaves the type of its **kwargs open.
 """The picture by which a person judges the alignment of a bench."""
 
 import numpy as np

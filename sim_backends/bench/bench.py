@@ -11,7 +11,7 @@ from sim_backends.bench.clock import BenchClock, RealTimeClock, VirtualClock
 from sim_backends.bench.fault_settings import DroppedEdge
 from sim_backends.bench.files import load_trajectory
 from sim_backends.bench.motion import Displacement, Position, StageMotion, Trajectory
-from sim_backends.bench.noise_settings import PhotonNoise
+from sim_backends.bench.noise_settings import NoNoise, PhotonNoise
 from sim_backends.bench.projection import Edges, Projection
 from sim_backends.bench.run import Run, no_counts
 from sim_backends.bench.settings import SceneSettings
@@ -19,6 +19,9 @@ from sim_backends.bench.sync import sync_line
 from sim_backends.bench.view import view_of
 
 _NAME = "bench"
+
+_SEEDS_APART = 1_000_003
+"""From the seed of one run to that of the next, where each has noise of its own: no seed that a person gives comes near."""
 
 
 class OpticalBench:
@@ -45,6 +48,7 @@ class OpticalBench:
         self._carried: list[tuple[float, Position]] = []
         self._origin_mm = settings.object_at_mm
         self._run: Run | None = None
+        self._runs = 0
         self._dark_s = math.inf
         self._trajectory = load_trajectory(folder / settings.trajectory) if settings.trajectory else None
         self.use_grid(PixelGrid(image_size=128, superpixel=2))
@@ -95,7 +99,7 @@ class OpticalBench:
             InputError: photon counting, and the object lets no light through to the field at the first picture.
         """
         with self._lock:
-            settings = self.settings
+            settings = self._settings_of_run()
             sync = sync_line(
                 len(projection.play_order),
                 picture_time_s=projection.picture_time_s,
@@ -116,6 +120,14 @@ class OpticalBench:
                 all_lit=all_lit,
             )
             self._dark_s = math.inf
+
+    def _settings_of_run(self) -> SceneSettings:
+        """The settings, with a seed of its own for each run where that is asked for; the first has the one that was given."""
+        settings, self._runs = self.settings, self._runs + 1
+        if not settings.fresh_noise or isinstance(settings.noise, NoNoise):
+            return settings
+        seed = settings.noise.seed + _SEEDS_APART * (self._runs - 1)
+        return settings.model_copy(update={"noise": settings.noise.model_copy(update={"seed": seed})})
 
     def _all_lit(self, displacement: Displacement, first_edge_s: float) -> float:
         """Light of the object in an all-lit picture where it is first seen; 0 where nothing is measured by it."""

@@ -140,6 +140,10 @@ class SceneSettings(Frozen):
     noise: Noise = NoNoise()
     """Model of how light becomes what the counter reads."""
 
+    fresh_noise: bool = False
+    """Whether every run on this bench has noise of its own, which follows from the seed and from how many runs there were
+    before. Otherwise two runs of the same plan are alike to the bit, and their mean is no better than one."""
+
     spike_probability: Part = 0.0
     """Probability that a bin is read far too high: a cosmic particle, or pick-up in a cable."""
 

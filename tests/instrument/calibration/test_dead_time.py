@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from instrument.calibration import Ladder, better, counted_hz, fit_dead_time, linear_limit_hz, name_of_line
+from instrument.calibration import LightLadder, better, counted_hz, fit_dead_time, linear_limit_hz, name_of_line
 from instrument.config import DeadTimeKind
 from protocols import Floats
 
@@ -19,7 +19,7 @@ def ladder(
     dead_time_s: float = 2e-8,
     stray_hz: float = 600.0,
     seed: int | None = None,
-) -> Ladder:
+) -> LightLadder:
     """Parts of uneven light, 20 million photons a second together, 16 mirrors wide, counted for 10 s each."""
     light: Floats = 2.5e6 * (1 + 0.1 * np.arange(-3.5, 4))
     photons: list[float] = []
@@ -39,7 +39,7 @@ def ladder(
             rate + sigma * random.standard_normal(len(rate)),
             boards + board_sigma * random.standard_normal(2),
         )
-    return Ladder(LIT, rate, sigma, np.full(8, 16.0), boards, board_sigma, 2.0)
+    return LightLadder(LIT, rate, sigma, np.full(8, 16.0), boards, board_sigma, 2.0)
 
 
 def test_both_models_as_the_handbooks_have_them() -> None:
@@ -74,7 +74,7 @@ def test_the_right_kind_is_found_and_the_stated_error_holds(kind: DeadTimeKind) 
 
 def test_a_dim_ladder_does_not_tell_the_kind_and_says_so() -> None:
     dim = ladder("non-paralyzable", seed=1)
-    dim = Ladder(
+    dim = LightLadder(
         dim.lit, dim.rate_hz / 100, dim.sigma_hz, dim.width_mirrors, dim.checker_hz / 100, dim.checker_sigma_hz, 2.0
     )
     best, between = better(dim)

@@ -42,6 +42,7 @@ swap = { patterns_per_frame = 6, first = 4, second = 5 }
 patterns_late = -1
 spike_probability = 1e-3
 spike_factor = 100
+fresh_noise = true
 sync_jitter_s = 1e-8
 faults = [
     { kind = "drop-edge", picture = 5 },

@@ -1,0 +1,14 @@
+"""Intervals that hold a number with a stated probability."""
+
+from scipy.stats import norm, t
+
+
+def coverage_factor(degrees_of_freedom: int | None, probability: float = 0.95) -> float:
+    """Give the number of standard uncertainties to either side of a result, within which the truth is with this probability.
+
+    Args:
+        degrees_of_freedom: behind the standard uncertainty, for Student's t; None where the uncertainty itself is known.
+        probability: of the interval.
+    """
+    side = (1 + probability) / 2
+    return float(norm.ppf(side) if degrees_of_freedom is None else t.ppf(side, degrees_of_freedom))
