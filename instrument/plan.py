@@ -64,6 +64,10 @@ class MotionPlan(_Numbers):
     settle_s: Annotated[float, Field(ge=0, le=3600)] = 0.1
     """``cruise`` only: time of cruise before the first pattern and after the last, as the controllers respond late."""
 
+    field: Literal["stay", "may-leave"] = "stay"
+    """``stay``: a plan in which the object certainly leaves the field is refused. ``may-leave``: it is carried out all the same,
+    with a warning; the frames in which the object is inside are as good as ever."""
+
     @field_validator("velocity_mm_s")
     @classmethod
     def _moves(cls, velocity_mm_s: float) -> float:
@@ -82,6 +86,11 @@ class MotionPlan(_Numbers):
     def run_up_s(self) -> float:
         """Time from the start of the motion to the first pattern: the ramp, and the time to settle."""
         return self.profile.ramp_time_s + self.settle_s if self.acquire == "cruise" else 0.0
+
+    def position_mm(self, run_s: float, time_s: float) -> float:
+        """Give the position that is commanded at a time after the first pattern, in a run of ``run_s`` seconds."""
+        distance_mm = self.end_mm(run_s) - self.start_mm
+        return self.start_mm + self.profile.travelled_mm(distance_mm, self.run_up_s + time_s)
 
     def end_mm(self, run_s: float) -> float:
         """Give the position where the stage comes to rest after a run of ``run_s`` seconds: ramp, cruise, ramp."""

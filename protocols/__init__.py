@@ -32,7 +32,7 @@ from protocols.modulator import (
     UploadProgress,
 )
 from protocols.plugin import Availability, BenchContext, DriverPlugin, ScenePlugin, TransportPlugin
-from protocols.scene import Scene, Truth
+from protocols.scene import PlacesObject, Scene, Truth
 from protocols.stage import LinearStage, Motion, MotionProfile, StageLimits, StagePosition
 from protocols.values import Bytes, DeviceIdentity, Floats, Frozen, Integers, Mask, Singles
 
@@ -74,6 +74,7 @@ __all__ = [
     "PhotonCounter",
     "PictureTimeTooShort",
     "PixelGrid",
+    "PlacesObject",
     "PlanError",
     "ProtocolViolation",
     "SafeStateFailed",

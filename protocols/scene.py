@@ -39,3 +39,21 @@ class Scene(Protocol):
     def truth(self, time_s: Floats) -> Truth:
         """Tell what the last run showed at ``time_s``, ``(frames,)`` seconds counted from its first sync edge."""
         ...
+
+
+@runtime_checkable
+class PlacesObject(Protocol):
+    """What a scene may offer beside: where a stage will bring the object, before anything moves."""
+
+    def object_boxes_px(self, grid: PixelGrid, stage_mm: Floats) -> Floats | None:
+        """Tell where the object will be in a run whose first pattern finds the stage at the first of these positions.
+
+        Args:
+            grid: image grid of the run.
+            stage_mm: ``(n,)`` positions of the stage.
+
+        Returns:
+            ``(n, 4)``: left, top, right and bottom edge of the object's image in px; the field reaches from -0.5 to image_size -
+            0.5. None where the stage does not carry the object, or there is none.
+        """
+        ...

@@ -7,6 +7,7 @@ from typing import Literal, cast
 import numpy as np
 
 from instrument.acquisition.memory import available_bytes, needed_bytes
+from instrument.acquisition.whereabouts import Whereabouts, leaving, where_in_words, whereabouts
 from instrument.config import Calibration, PluginBroken
 from instrument.plan import Plan
 from instrument.schemes import scheme_of
@@ -17,6 +18,7 @@ from protocols import (
     ModulatorLimits,
     PatternSequence,
     PlanError,
+    Scene,
 )
 
 
@@ -85,6 +87,7 @@ def check_plan(
     counter: CounterLimits,
     stage: LinearStage | None,
     calibration: Calibration | None = None,
+    scene: Scene | None = None,
     memory_bytes: Callable[[], int | None] = available_bytes,
 ) -> CheckReport:
     """Ask every question at once, so that one look shows all that is wrong.
@@ -96,11 +99,13 @@ def check_plan(
         counter: limits as read from the device.
         stage: asked by its own ``check``, which moves nothing; None where the bench has none, or it was not opened.
         calibration: what was measured of the bench.
+        scene: the simulated bench, which knows where its object is; it moves nothing.
         memory_bytes: tells how much memory this computer has left.
     """
     memory = _computer_memory(plan, memory_bytes())
     # The patterns are made only where they fit: a system without memory ends programs without a word.
     built = _built(plan, modulator, sequence) if memory.outcome != "error" else None
+    where = whereabouts(plan, plan.grid(modulator.columns, modulator.rows), calibration, scene)
     checks = [
         memory,
         _picture_time(plan, modulator),
@@ -109,7 +114,8 @@ def check_plan(
         _count_rate(plan, counter),
         *_motion(plan, stage),
         *_calibration(plan, calibration),
-        _displacement(plan, _px_per_mm(calibration)),
+        _displacement(plan, where),
+        *_object(plan, where),
         _run_length(plan, counter),
     ]
     return CheckReport(tuple(checks), built if isinstance(built, PatternSequence) else None)
@@ -261,12 +267,25 @@ def _calibration(plan: Plan, calibration: Calibration | None) -> list[Check]:
     return [_good("calibration", ", ".join(measured) or "empty")]
 
 
-def _px_per_mm(calibration: Calibration | None) -> float | None:
-    known = None if calibration is None else calibration.displacement
-    return None if known is None else known.px_per_mm
+def _object(plan: Plan, where: Whereabouts | None) -> list[Check]:
+    """Whether the object stays in the field."""
+    if plan.motion is None:
+        return []
+    if where is None:
+        return [_good("object", "where it will be is not known: the bench has no calibration of displacement")]
+    error = leaving(where, plan)
+    message = where_in_words(where, plan.image_size)
+    if error is not None and plan.motion.field == "stay":
+        return [_error("object", error)]
+    if error is not None:
+        return [Check("object", "warning", f"{error.saw}; the plan says that it may leave")]
+    beyond_px = float(where.beyond_px(plan.image_size).max())
+    if beyond_px > 0:
+        return [Check("object", "warning", f"{message}: it comes to the border of the field")]
+    return [_good("object", message)]
 
 
-def _displacement(plan: Plan, px_per_mm: float | None) -> Check:
+def _displacement(plan: Plan, where: Whereabouts | None) -> Check:
     """A periodic position is unambiguous within half a period from frame to frame (the paper, equation 6)."""
     position = scheme_of(plan).position
     if position is None:
@@ -278,9 +297,9 @@ def _displacement(plan: Plan, px_per_mm: float | None) -> Check:
     within = "unambiguous everywhere" if position.period_px is None else f"unambiguous within {range_px:g} px a frame"
     if plan.motion is None:
         return _good("displacement", f"{within}; the stage does not move")
-    if px_per_mm is None:
+    if where is None:
         return _good("displacement", f"{within}; the bench has no calibration of displacement")
-    step_px = abs(plan.motion.velocity_mm_s) * px_per_mm * plan.frame_time_s
+    step_px = abs(plan.motion.velocity_mm_s) * float(np.hypot(*where.px_per_mm)) * plan.frame_time_s
     message = f"{step_px:.3g} px a frame, {within.removesuffix(' a frame')}"
     if step_px >= range_px:
         error = PlanError(

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias, get_args
 
 import numpy as np
@@ -137,6 +137,9 @@ def analyse(
                     finer = 1 if trajectory is None else grid_of(trajectory)
                 reconstruction = reconstruct(measurement, trajectory, method, grid=finer, still=still)
     refuse_endless(trajectory, reconstruction)
+    known = recording.calibration if isinstance(recording, Recording) else None  # pyright: ignore[reportUnnecessaryIsInstance]
+    if trajectory is not None and known is not None:
+        trajectory = replace(trajectory, scale=known.displacement)
     took_s = time.perf_counter() - started_s
     tell("comparing", 2, 3)
     with numbers_that_end():

@@ -8,7 +8,7 @@ from pydantic import NonNegativeFloat, NonNegativeInt
 from instrument.measurement import LightModel, Measurement, Parameter
 from instrument.numerics import displacement_mse, offset_free_mse, psnr, ssim_global, ssim_local
 from instrument.reconstruction import Reconstruction
-from instrument.tracking import Trajectory
+from instrument.tracking import MotionFit, Quantity, Trajectory
 from protocols import Frozen, Truth
 
 _LIGHT_CHANGE: Final = 0.05
@@ -49,6 +49,12 @@ class Figures(Frozen):
     analysis_s: NonNegativeFloat
     """Time taken by tracking and reconstruction."""
 
+    motion_px: MotionFit | None = None
+    """Travel, speed and acceleration in px, of a parabola fitted to the path; None where its covariance is not known."""
+
+    motion_mm: MotionFit | None = None
+    """The same in mm along the stage's axis; None where the bench was not calibrated."""
+
     displacement_mse_px2: float | None = None
     """Mean squared error of the displacement over frames and both axes, relative to frame 0."""
 
@@ -88,6 +94,7 @@ class Figures(Frozen):
             rows["travel"] = f"{self.travel_px[0]:.2f}, {self.travel_px[1]:.2f} px"
             sigma = "-" if self.sigma_px is None else f"{self.sigma_px:.3f} px (median, one sigma)"
             rows["stated uncertainty"] = sigma
+        rows |= _motion_rows(self.motion_mm or self.motion_px)
         if self.displacement_mse_px2 is not None and self.displacement_mse_offset_free_px2 is not None:
             rows["displacement MSE"] = (
                 f"{self.displacement_mse_px2:.4f} px^2 ({self.displacement_mse_offset_free_px2:.4f} offset-free)"
@@ -109,6 +116,8 @@ class Figures(Frozen):
     def caption(self) -> str:
         """Give one line for a picture."""
         parts = [f"{self.frames} frames"]
+        if self.motion_mm is not None:
+            parts.append(_interval(self.motion_mm.speed, "mm/s").removesuffix(" (95 %)"))
         if self.displacement_mse_px2 is not None:
             parts.append(f"displacement MSE {self.displacement_mse_px2:.4f} px²")
         elif self.sigma_px is not None:
@@ -116,6 +125,30 @@ class Figures(Frozen):
         if self.psnr_db is not None:
             parts.append(f"image PSNR {self.psnr_db:.1f} dB")
         return ", ".join(parts)
+
+
+def _motion_rows(motion: MotionFit | None) -> dict[str, str]:
+    """Give travel, speed and acceleration with their 95 % intervals, as a person reads them."""
+    if motion is None:
+        return {}
+    unit = motion.unit
+    rows = {
+        f"travel in {unit}": _interval(motion.travel, unit),
+        "speed, mid-run": _interval(motion.speed, f"{unit}/s"),
+        "speed, start": _interval(motion.start_speed, f"{unit}/s"),
+        "speed, end": _interval(motion.end_speed, f"{unit}/s"),
+        "acceleration": _interval(motion.acceleration, f"{unit}/s^2"),
+    }
+    if motion.off_axis_deg is not None:
+        rows["off the axis"] = _interval(motion.off_axis_deg, "degrees")
+    return rows
+
+
+def _interval(number: Quantity, unit: str) -> str:
+    """Give a number with half its 95 % interval, to the digits that mean something."""
+    reach = (number.high - number.low) / 2
+    digits = 3 if reach <= 0 or not np.isfinite(reach) else int(np.clip(1 - np.floor(np.log10(reach)), 0, 9))
+    return f"{number.value:.{digits}f} +- {reach:.{digits}f} {unit} (95 %)"
 
 
 def _light_rows(light: LightModel) -> dict[str, str]:
@@ -161,7 +194,7 @@ def figures_of(
     of_path, of_image = _path_figures(trajectory, truth), _image_figures(reconstruction, truth, measurement)
     misfit = of_image.get("misfit")
     if misfit is not None and misfit < _OVERFIT:
-        of_path["sigma_px"] = None
+        of_path |= {"sigma_px": None, "motion_px": None, "motion_mm": None}
     return Figures(
         frames=len(measurement),
         frames_masked=int(np.count_nonzero(~measurement.valid)),
@@ -182,6 +215,8 @@ def _path_figures(trajectory: Trajectory | None, truth: Truth | None) -> dict[st
     figures: dict[str, Any] = {
         "travel_px": tuple(found_px[-1].tolist()),
         "sigma_px": sigma_px if np.isfinite(sigma_px) and sigma_px > 0 else None,
+        "motion_px": trajectory.motion_px,
+        "motion_mm": trajectory.motion_mm,
     }
     if truth is not None:
         figures["displacement_mse_px2"] = displacement_mse(found_px, truth.displacement_px)

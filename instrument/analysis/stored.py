@@ -9,7 +9,7 @@ from instrument.choices import Background, Grid, Method, Tracking
 from instrument.measurement import LightModel
 from instrument.recording import Recording
 from instrument.storage import open_recording, recording_info, refuse_unchangeable, refuse_while_written, write_analysis
-from protocols import InputError
+from protocols import Floats, InputError
 
 
 def analyse_path(
@@ -111,6 +111,8 @@ def store(path: str | Path, recording: Recording, analysis: Analysis, results: s
         path,
         displacement_px=None if found is None else analysis.padded(found.displacement_px, frames),
         sigma_px=None if found is None else analysis.padded(found.sigma_px, frames),
+        displacement_mm=_in_mm(analysis, frames)[0],
+        sigma_mm=_in_mm(analysis, frames)[1],
         image=analysis.image,
         still=None if image is None else image.still,
         table=analysis.figures.model_dump(mode="json"),
@@ -123,3 +125,11 @@ def store(path: str | Path, recording: Recording, analysis: Analysis, results: s
         },
         into=results,
     )
+
+
+def _in_mm(analysis: Analysis, frames: int) -> tuple[Floats | None, Floats | None]:
+    """The path along the stage's axis and across it with its uncertainty, for all frames; nothing without a calibration."""
+    found = analysis.trajectory
+    if found is None or found.scale is None:
+        return None, None
+    return analysis.padded(found.displacement_mm, frames), analysis.padded(found.sigma_mm, frames)

@@ -22,20 +22,6 @@ _GROUPS: Final = 9  # groups of frames that the file lists
 _LEAST_TRAVEL: Final = 20.0  # standard deviations that the object must have moved by
 
 
-def stage_mm(motion: MotionPlan, run_s: float, time_s: Floats) -> Floats:
-    """Give the position that a plan commands, ``(n,)`` in mm.
-
-    Args:
-        motion: of the plan.
-        run_s: duration of the run, from the first pattern to the end of the last.
-        time_s: ``(n,)`` after the first pattern.
-    """
-    distance_mm = motion.end_mm(run_s) - motion.start_mm
-    elapsed_s = time_s + motion.run_up_s
-    gone = [motion.profile.travelled_mm(distance_mm, float(moment)) for moment in elapsed_s]
-    return motion.start_mm + np.array(gone)
-
-
 def displacement_of_run(recording: Recording, date: datetime | None = None) -> DisplacementSection:
     """Fit scale and axis to a moving run.
 
@@ -72,7 +58,7 @@ def displacement_of_run(recording: Recording, date: datetime | None = None) -> D
     variance = np.einsum("k,akl,l->a", solve, known.covariance_px2, solve)
     residual_px = place_px - gone_mm[:, None] * slope
     shown = np.unique(np.linspace(0, len(known.frame) - 1, _GROUPS).round().astype(int))
-    start_mm = float(stage_mm(motion, recording.plan.run_time_s, trajectory.time_s[:1])[0])
+    start_mm = motion.position_mm(recording.plan.run_time_s, float(trajectory.time_s[0]))
     sigma_px = trajectory.sigma_px[known.frame]
     return DisplacementSection(
         date=date or datetime.now(UTC),
@@ -99,9 +85,8 @@ def displacement_of_run(recording: Recording, date: datetime | None = None) -> D
 def _gone_mm(motion: MotionPlan, recording: Recording, trajectory: Trajectory, frame: Integers) -> Floats:
     """``(k,)``: distance of the stage from where it was at frame 0."""
     run_s = recording.plan.run_time_s
-    time_s = trajectory.time_s
-    every = stage_mm(motion, run_s, time_s)
-    return np.asarray((every - every[0])[frame], np.float64)
+    first_mm = motion.position_mm(run_s, float(trajectory.time_s[0]))
+    return np.array([motion.position_mm(run_s, moment) - first_mm for moment in trajectory.time_s[frame].tolist()])
 
 
 def _refuse_hardly_moved(trajectory: Trajectory) -> None:

@@ -93,6 +93,18 @@ class Recording:
         return len(self.values)
 
     @property
+    def px_per_mm(self) -> float | None:
+        """Image pixels a millimetre of the stage, by the calibration; None where the bench was not calibrated."""
+        known = None if self.calibration is None else self.calibration.displacement
+        return None if known is None else known.px_per_mm
+
+    @property
+    def axis_angle_deg(self) -> float | None:
+        """Direction of positive travel in the image, from x (right) towards y (down), by the calibration; None likewise."""
+        known = None if self.calibration is None else self.calibration.displacement
+        return None if known is None else known.axis_angle_deg
+
+    @property
     def frame_time_s(self) -> float:
         """Time from one frame to the next."""
         patterns: int = self.values.shape[1]

@@ -133,6 +133,18 @@ class Instrument:
         return self._calibration
 
     @property
+    def px_per_mm(self) -> float | None:
+        """Image pixels a millimetre of the stage, by the calibration; None where there is none."""
+        known = None if self._calibration is None else self._calibration.displacement
+        return None if known is None else known.px_per_mm
+
+    @property
+    def axis_angle_deg(self) -> float | None:
+        """Direction of positive travel in the image, from x (right) towards y (down), by the calibration; None likewise."""
+        known = None if self._calibration is None else self._calibration.displacement
+        return None if known is None else known.axis_angle_deg
+
+    @property
     def magnification(self) -> str:
         """Name of the optics between object and modulator; empty where bench.toml has none."""
         return self._magnification
@@ -152,6 +164,7 @@ class Instrument:
             counter=self.counter.limits,
             stage=self.stage if STAGE.name in self._devices.by_role else None,
             calibration=self._calibration,
+            scene=self._devices.scene,
         )
 
     def start(

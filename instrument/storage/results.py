@@ -20,6 +20,8 @@ def write_analysis(
     displacement_px: Floats | None,
     image: Floats | None,
     sigma_px: Floats | None = None,
+    displacement_mm: Floats | None = None,
+    sigma_mm: Floats | None = None,
     still: Floats | None = None,
     table: Mapping[str, Any] | None = None,
     settings: Mapping[str, Any] | None = None,
@@ -37,6 +39,8 @@ def write_analysis(
         image: ``(rows, columns)`` the reconstructed image at frame 0, row = y (down), column = x; None where the scheme only
             tracks. It covers the whole field, whatever the number of its pixels.
         sigma_px: ``(frames, 2)`` standard uncertainty of ``displacement_px``.
+        displacement_mm: ``(frames, 2)`` along the stage's axis and across it, relative to frame 0; None without a calibration.
+        sigma_mm: ``(frames, 2)`` standard uncertainty of ``displacement_mm``.
         still: ``(rows, columns)`` image of what stands still, likewise; None where none was found.
         table: figures to print, by name; stored as JSON.
         settings: how the analysis was done; stored as JSON.
@@ -50,12 +54,18 @@ def write_analysis(
     refuse_unchangeable(path, copy)
     recording = open_recording(path)
     frames, size = len(recording), recording.plan.image_size
-    for name, rows in (("displacement_px", displacement_px), ("sigma_px", sigma_px)):
+    paths = {
+        "displacement_px": displacement_px,
+        "sigma_px": sigma_px,
+        "displacement_mm": displacement_mm,
+        "sigma_mm": sigma_mm,
+    }
+    for name, rows in paths.items():
         if rows is not None and rows.shape != (frames, 2):
             raise ValueError(f"{name} of shape {rows.shape} for {frames} frames")
     if image is not None and image.ndim != 2:
         raise ValueError(f"an image of shape {image.shape}")
-    arrays = [array for array in (displacement_px, sigma_px, image) if array is not None]
+    arrays = [array for array in (*paths.values(), image) if array is not None]
     texts = json_text(table or {}), json_text(settings or {})
     sides = () if image is None else image.shape
     more_bytes = 8 * (sum(array.size for array in arrays) + sum(sides)) + sum(len(text) for text in texts)
@@ -71,6 +81,11 @@ def write_analysis(
             track.add("displacement_px", displacement_px, units="px", long_name="x, y relative to frame 0")
             if sigma_px is not None:
                 track.add("sigma_px", sigma_px, units="px")
+            if displacement_mm is not None:
+                long_name = "along the stage's axis and across it, relative to frame 0"
+                track.add("displacement_mm", displacement_mm, units="mm", long_name=long_name)
+            if sigma_mm is not None:
+                track.add("sigma_mm", sigma_mm, units="mm")
         if image is not None:
             picture = analysis.group("image", "NXdata", signal="image", axes=["y_px", "x_px"])
             picture.add("image", image, long_name="image at frame 0")

@@ -47,7 +47,9 @@ def write_pictures(analysis: Analysis, folder: Path, stem: str = "") -> list[Pat
     if analysis.reconstruction is not None and analysis.reconstruction.still is not None:
         figures["background"] = image_figure(analysis.reconstruction.still, None, "what stands still")
     if path is not None:
-        figures["trajectory"] = trajectory_figure(path.time_s, path.displacement_px, truth_px)
+        figures["trajectory"] = trajectory_figure(
+            path.time_s, path.displacement_px, truth_px, None if path.scale is None else path.scale.px_per_mm
+        )
         if truth_px is not None:
             figures["error"] = error_figure(path.time_s, path.displacement_px - truth_px, path.sigma_px)
     if recording.edge_time_s is not None:

@@ -44,8 +44,10 @@ def draw_image(axes: Axes, image: Floats, title: str, *, vmax: float | None = No
     axes.set_yticks([])
 
 
-def draw_trajectory(axes: Axes, time_s: Floats, displacement_px: Floats, truth_px: Floats | None) -> None:
-    """Draw displacement over time, the truth as a dashed line over it."""
+def draw_trajectory(
+    axes: Axes, time_s: Floats, displacement_px: Floats, truth_px: Floats | None, px_per_mm: float | None = None
+) -> None:
+    """Draw displacement over time, the truth as a dashed line over it, and millimetres on a second scale where they are known."""
     # The second line is thinner, so that both are seen where x and y are the same.
     for column, (name, colour, width) in enumerate((("x", X_COLOUR, 5.0), ("y", Y_COLOUR, 2.0))):
         axes.plot(time_s, displacement_px[:, column], color=colour, linewidth=width, label=f"{name} measured")
@@ -56,6 +58,11 @@ def draw_trajectory(axes: Axes, time_s: Floats, displacement_px: Floats, truth_p
     axes.set_xlabel("time, s")
     axes.set_ylabel("displacement, px")
     axes.legend(loc="best", frameon=False)
+    if px_per_mm is not None:
+        low_px, high_px = axes.get_ylim()
+        millimetres = axes.twinx()  # drawn once, so that the scales need not follow each other
+        millimetres.set_ylim(low_px / px_per_mm, high_px / px_per_mm)
+        millimetres.set_ylabel("displacement, mm")
 
 
 def image_figure(image: Floats, truth: Floats | None, title: str = "reconstructed, at frame 0") -> Figure:
@@ -75,16 +82,19 @@ def image_figure(image: Floats, truth: Floats | None, title: str = "reconstructe
     return figure
 
 
-def trajectory_figure(time_s: Floats, displacement_px: Floats, truth_px: Floats | None) -> Figure:
+def trajectory_figure(
+    time_s: Floats, displacement_px: Floats, truth_px: Floats | None, px_per_mm: float | None = None
+) -> Figure:
     """Show displacement over time.
 
     Args:
         time_s: ``(frames,)`` middle of each frame.
         displacement_px: ``(frames, 2)`` x and y.
         truth_px: ``(frames, 2)`` true displacement; None where it is unknown.
+        px_per_mm: image scale of a calibrated bench, for a second scale in mm.
     """
     figure = new_figure(7, 4)
-    draw_trajectory(figure.subplots(), time_s, displacement_px, truth_px)
+    draw_trajectory(figure.subplots(), time_s, displacement_px, truth_px, px_per_mm)
     return figure
 
 

@@ -32,6 +32,7 @@ def summary_figure(analysis: Analysis) -> Figure:
         draw_image(figure.add_subplot(grid[0, column]), image, title)
     if path is not None:
         truth_px = None if truth is None else truth.displacement_px
-        draw_trajectory(figure.add_subplot(grid[-1, :]), path.time_s, path.displacement_px, truth_px)
+        scale = None if path.scale is None else path.scale.px_per_mm
+        draw_trajectory(figure.add_subplot(grid[-1, :]), path.time_s, path.displacement_px, truth_px, scale)
     figure.suptitle(analysis.figures.caption(), fontsize=11)
     return figure

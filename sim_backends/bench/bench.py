@@ -12,6 +12,7 @@ from sim_backends.bench.fault_settings import DroppedEdge
 from sim_backends.bench.files import load_trajectory
 from sim_backends.bench.motion import Displacement, Position, StageMotion, Trajectory
 from sim_backends.bench.noise_settings import NoNoise, PhotonNoise
+from sim_backends.bench.objects import NOTHING
 from sim_backends.bench.projection import Edges, Projection
 from sim_backends.bench.run import Run, no_counts
 from sim_backends.bench.settings import SceneSettings
@@ -81,14 +82,32 @@ class OpticalBench:
         """How the object moves, by what is known whenever it is asked."""
         if self._trajectory is not None:
             return Trajectory(*self._trajectory)
-        px_per_mm = self.settings.px_per_mm or 7.2 * image_size / 128
-        return StageMotion(self._carried, px_per_mm, self.settings.axis_angle_deg, self._origin_mm or 0.0)
+        return StageMotion(self._carried, *self._scale(image_size), self._origin_mm or 0.0)
+
+    def _scale(self, image_size: int) -> tuple[float, float]:
+        """Pixels a millimetre, and the direction of the stage in degrees."""
+        return self.settings.px_per_mm or 7.2 * image_size / 128, self.settings.axis_angle_deg
 
     def _fix_origin(self, first_edge_s: float) -> None:
         """The first run finds the object where it was drawn; later runs keep that place on the stage."""
         if self._origin_mm is None and self._trajectory is None:
             at_mm = StageMotion(self._carried, 1.0, 0.0, 0.0).position_mm(np.array([first_edge_s]))
             self._origin_mm = float(at_mm[0])
+
+    def object_boxes_px(self, grid: PixelGrid, stage_mm: Floats) -> Floats | None:
+        """Tell where the stage will bring the object; see ``protocols.PlacesObject``."""
+        settings = self.settings
+        if self._trajectory is not None or settings.object == NOTHING or not settings.object_level:
+            return None
+        with self._lock:
+            view = self._view if self._view.grid == grid else view_of(settings, self._folder, grid)
+            origin_mm = float(stage_mm[0]) if self._origin_mm is None else self._origin_mm
+            motion = StageMotion([(-math.inf, lambda clock_s: clock_s)], *self._scale(grid.image_size), origin_mm)
+            at_px = motion.at(0.0, stage_mm)  # a stage that is at t mm at the time t
+        picture = view.object
+        height, width = (side * picture.cell_px for side in picture.cells.shape)
+        corner = at_px + np.array([picture.left_px, picture.top_px]) - 0.5
+        return np.concatenate([corner, corner + np.array([width, height])], axis=1)
 
     # The modulator's side
 

@@ -9,7 +9,7 @@ from PIL import Image
 from serial.tools.list_ports_common import ListPortInfo
 
 from instrument.cli.main import status
-from instrument.plan import Plan
+from instrument.plan import MotionPlan, Plan
 from instrument.reconstruction import binned
 from instrument.storage import open_recording
 from tests.support.benches import SMALL, bench_toml, plan_toml
@@ -192,7 +192,8 @@ def test_two_frames_give_a_result_without_a_stated_uncertainty(
 
 
 def test_an_object_that_leaves_the_field_is_doubted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    run = recorded(tmp_path, "px_per_mm = 12.0")
+    motion = MotionPlan(velocity_mm_s=25.0, acceleration_mm_s2=50.0, field="may-leave")
+    run = recorded(tmp_path, "px_per_mm = 12.0", plan=MEDIUM.model_copy(update={"motion": motion}))
     capsys.readouterr()
     assert status(["analyse", str(run), "--no-pictures"]) == 0
     assert "leaves the field" in " ".join(capsys.readouterr().err.split())

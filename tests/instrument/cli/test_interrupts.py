@@ -23,7 +23,7 @@ PLAN = Plan(
     frames=20,
     image_size=8,
     pattern_rate_hz=1000,
-    motion=MotionPlan(start_mm=1.0, velocity_mm_s=25.0, acceleration_mm_s2=200.0),
+    motion=MotionPlan(start_mm=1.0, velocity_mm_s=25.0, acceleration_mm_s2=200.0, field="may-leave"),
 )
 
 BEGIN = """

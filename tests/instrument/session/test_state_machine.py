@@ -31,7 +31,7 @@ PLAN = Plan(
     frames=4,
     image_size=8,
     pattern_rate_hz=1000,
-    motion=MotionPlan(start_mm=1.0, velocity_mm_s=25.0, acceleration_mm_s2=200.0),
+    motion=MotionPlan(start_mm=1.0, velocity_mm_s=25.0, acceleration_mm_s2=200.0, field="may-leave"),
 )
 """24 patterns of 1 ms."""
 
