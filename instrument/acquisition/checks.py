@@ -85,7 +85,7 @@ def check_plan(
     sequence: Callable[[], PatternSequence],
     modulator: ModulatorLimits,
     counter: CounterLimits,
-    stage: LinearStage,
+    stage: LinearStage | None,
     calibration: Calibration | None = None,
     scene: Scene | None = None,
     memory_bytes: Callable[[], int | None] = available_bytes,
@@ -97,7 +97,7 @@ def check_plan(
         sequence: builds the patterns; called only if the field fits.
         modulator: limits as read from the device.
         counter: limits as read from the device.
-        stage: asked by its own ``check``, which moves nothing.
+        stage: asked by its own ``check``, which moves nothing; None where the bench has none, or it was not opened.
         calibration: what was measured of the bench.
         scene: the simulated bench, which knows where its object is; it moves nothing.
         memory_bytes: tells how much memory this computer has left.
@@ -229,10 +229,17 @@ def _count_rate(plan: Plan, limits: CounterLimits) -> Check:
     return Check("count rate", "warning" if loss > 0.05 else "good", message)
 
 
-def _motion(plan: Plan, stage: LinearStage) -> list[Check]:
+def _motion(plan: Plan, stage: LinearStage | None) -> list[Check]:
     motion = plan.motion
     if motion is None:
         return [_good("stage", "stays where it is")]
+    if stage is None:
+        error = PlanError(
+            saw="a plan that moves the stage, on a bench that was opened without one",
+            expected="a stage",
+            remedy="open the whole bench, or leave out [motion]",
+        )
+        return [_error("stage", error)]
     end_mm = motion.end_mm(plan.run_time_s)
     found: list[Check] = []
     for what, target_mm in (("start", motion.start_mm), ("end", end_mm)):

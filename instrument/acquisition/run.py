@@ -188,17 +188,12 @@ class _Reader:
         self.motion: Motion | None = None
 
     def run(self, plan: Plan) -> None:
-        modulator, counter, stage, host = (
-            self._devices.modulator,
-            self._devices.counter,
-            self._devices.stage,
-            self._host,
-        )
+        modulator, counter, host = self._devices.modulator, self._devices.counter, self._host
         host.phase("arming")
         counter.arm(self._armed)
         if plan.motion is not None:
             host.phase("running up")
-            self.motion = stage.move_to(plan.motion.end_mm(plan.run_time_s), plan.motion.profile)
+            self.motion = self._devices.stage.move_to(plan.motion.end_mm(plan.run_time_s), plan.motion.profile)
             self._run_up(plan.motion.run_up_s)
         host.phase("counting")
         modulator.start()

@@ -12,14 +12,20 @@ from instrument.cli import (
     acquire,
     analyse,
     calibrate,
+    calibrate_alignment,
+    calibrate_bench,
     calibrate_displacement,
     check,
+    count,
     demo,
     drivers,
     info,
     init,
+    move,
+    probe,
     recover,
     schema,
+    show,
 )
 from instrument.cli.interrupts import Interrupts
 
@@ -68,6 +74,14 @@ app.command("info")(info.info)
 app.command("recover")(recover.recover_file)
 app.command("init")(init.init)
 app.command("schema")(schema.schema)
+app.command("show")(show.show)
+app.command("count")(count.count)
+app.command("move", context_settings={"ignore_unknown_options": True})(move.move)
+app.command("probe")(probe.probe)
+calibrate.app.command("detector")(calibrate_bench.detector)
+calibrate.app.command("mirrors")(calibrate_bench.mirrors)
+calibrate.app.command("light")(calibrate_bench.light)
+calibrate.app.command("alignment")(calibrate_alignment.alignment)
 calibrate.app.command("displacement")(calibrate_displacement.displacement)
 app.add_typer(calibrate.app, name="calibrate")
 app.add_typer(drivers.app, name="drivers")

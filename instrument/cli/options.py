@@ -10,6 +10,8 @@ PlanOption: TypeAlias = Annotated[
     Path, typer.Option("--plan", help="plan.toml: what is shown, how fast, how it moves.")
 ]
 JsonOption: TypeAlias = Annotated[bool, typer.Option("--json", help="Print the figures as JSON to standard output.")]
+ImageSizeOption: TypeAlias = Annotated[int, typer.Option("--image-size", help="Image pixels a side of the field.")]
+SuperpixelOption: TypeAlias = Annotated[int, typer.Option("--superpixel", help="Mirrors a side of one image pixel.")]
 OverwriteOption: TypeAlias = Annotated[bool, typer.Option("--overwrite", help="Replace files that exist.")]
 
 

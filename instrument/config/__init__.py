@@ -1,5 +1,6 @@
 """Configuration: TOML files read into checked models, and plug-ins found by name."""
 
+from instrument.config.alignment_section import AlignmentSection, Orientation
 from instrument.config.bench import BenchConfig, OnAbort, Resolved, ResolvedDevice, bench_of_tables, load_bench
 from instrument.config.calibration_file import (
     CalibratedDevice,
@@ -11,6 +12,7 @@ from instrument.config.calibration_file import (
 )
 from instrument.config.calibration_section import GridSection, Section
 from instrument.config.check import validate_table
+from instrument.config.detector_section import DetectorSection, LampLine, Measured
 from instrument.config.discovery import (
     InstalledPlugin,
     PluginBroken,
@@ -26,6 +28,8 @@ from instrument.config.document import read_document
 from instrument.config.errors import ConfigError, Problem
 from instrument.config.keys_page import keys_page
 from instrument.config.light_table import NOTHING_KNOWN, DeadTimeKind, Grid, LightTable, Stated, StatedProfile
+from instrument.config.mirrors_section import MirrorsSection
+from instrument.config.profile_section import ProfileSection
 from instrument.config.schema import bench_schema, field_docstrings, plan_schema
 from instrument.config.scheme_table import (
     DEFAULT_SCHEME,
@@ -40,6 +44,7 @@ from instrument.config.template import bench_template, plan_template
 __all__ = [
     "DEFAULT_SCHEME",
     "NOTHING_KNOWN",
+    "AlignmentSection",
     "Approach",
     "BenchConfig",
     "CalibratedDevice",
@@ -47,17 +52,23 @@ __all__ = [
     "CalibrationPosition",
     "ConfigError",
     "DeadTimeKind",
+    "DetectorSection",
     "DisplacementSection",
     "Grid",
     "GridSection",
     "InstalledPlugin",
+    "LampLine",
     "LightTable",
+    "Measured",
+    "MirrorsSection",
     "OnAbort",
+    "Orientation",
     "PluginBroken",
     "PluginKind",
     "PluginLine",
     "PluginMissing",
     "Problem",
+    "ProfileSection",
     "Resolved",
     "ResolvedDevice",
     "SchemePlugin",

@@ -1,7 +1,7 @@
 """bench.toml: which plug-ins make up the bench, and their settings, checked against the plug-ins' own models."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Final, Generic, Literal, TypeAlias, TypeVar
@@ -72,10 +72,14 @@ def table_of(role: Role[Any]) -> type[DeviceTable]:
     return _TABLES.get(role.name, DeviceTable)
 
 
-def whole_file() -> type[Frozen]:
+_WHOLE_BENCH: Final = tuple(role.name for role in ROLES if role.needed)
+"""Roles that a bench cannot do without."""
+
+
+def whole_file(needed: Collection[RoleName] = _WHOLE_BENCH) -> type[Frozen]:
     """bench.toml as it is written, before any plug-in is asked: a table for each role, and what else a bench has."""
     fields: dict[str, Any] = {
-        role.name: (table_of(role), ...) if role.needed else (table_of(role) | None, None) for role in ROLES
+        role.name: (table_of(role), ...) if role.name in needed else (table_of(role) | None, None) for role in ROLES
     }
     return create_model(
         "BenchTables",
@@ -169,7 +173,8 @@ class BenchConfig:
     def as_json(self) -> str:
         """The bench as a recording stores it: plug-ins with distribution, version and settings, defaults written out."""
         bench: dict[str, Any] = {name: device.as_dict() for name, device in self.devices.items()}
-        bench["stage"] |= {"on_abort": self.on_abort}
+        if "stage" in bench:
+            bench["stage"] |= {"on_abort": self.on_abort}
         bench["scene"] = self.scene.as_dict() if self.scene else None
         bench["light"] = self.light.model_dump(mode="json", exclude_none=True)
         bench["magnification"] = self.magnification
@@ -177,18 +182,22 @@ class BenchConfig:
         return json.dumps(bench, indent=2)
 
 
-def load_bench(path: str | Path, *, calibrated: bool = True) -> BenchConfig:
+def load_bench(
+    path: str | Path, needed: Collection[RoleName] = _WHOLE_BENCH, *, calibrated: bool = True
+) -> BenchConfig:
     """Read bench.toml, the calibration file that it names, and find its plug-ins. Opens no device.
 
     Args:
         path: of bench.toml.
+        needed: roles that must be there. One that is not may be left out of the file, as before a bench is whole; where its
+            table is there, it is checked.
         calibrated: whether the calibration file is read; not for a bench that is to be calibrated, which may have none yet.
 
     Raises:
         ConfigError: every mistake in the file at once: in its tables, in plug-ins that are missing or broken, in their
             settings; or those in the calibration file.
     """
-    return _checked(read_document(path_of(path)), calibrated=calibrated)
+    return _checked(read_document(path_of(path)), needed, calibrated=calibrated)
 
 
 def bench_of_tables(tables: Mapping[str, Any], title: str) -> BenchConfig:
@@ -204,30 +213,41 @@ def bench_of_tables(tables: Mapping[str, Any], title: str) -> BenchConfig:
     return _checked(Document(path=Path(title), values=dict(tables), lines={}))
 
 
-def _checked(document: Document, *, calibrated: bool = True) -> BenchConfig:
-    _, problems = validate_table(whole_file(), document.values, document)
+def _checked(
+    document: Document, needed: Collection[RoleName] = _WHOLE_BENCH, *, calibrated: bool = True
+) -> BenchConfig:
+    _, problems = validate_table(whole_file(needed), document.values, document)
     search = _Search(document, problems)
     found: dict[RoleName, ResolvedDevice | None] = {
-        role.name: search.device(role) for role in ROLES if role.needed or role.name in document.values
+        role.name: search.device(role) for role in ROLES if role.name in needed or role.name in document.values
     }
     scene = search.scene()
-    stage = search.table("stage", StageTable)
+    stage = search.table("stage", StageTable) or StageTable(driver="")
     devices: dict[RoleName, ResolvedDevice] = {name: device for name, device in found.items() if device is not None}
-    if problems or stage is None or len(devices) < len(found):
+    if problems or len(devices) < len(found):
         raise ConfigError(document.path, problems)
     light = search.table("light", LightTable) if "light" in document.values else None
     named: str | None = document.values.get("calibration")
     path = None if named is None else document.path.parent / path_of(named)
+    calibration = read_calibration(path) if path is not None and calibrated else None
     return BenchConfig(
         path=document.path,
         devices=devices,
         on_abort=stage.on_abort,
-        calibration=read_calibration(path) if path is not None and calibrated else None,
+        calibration=calibration,
         calibration_path=path,
         magnification=document.values.get("magnification", ""),
         scene=scene,
-        light=light or NOTHING_KNOWN,
+        light=_with_kind(light or NOTHING_KNOWN, calibration),
     )
+
+
+def _with_kind(light: LightTable, calibration: Calibration | None) -> LightTable:
+    """Give ``[light]`` with the kind of the dead time that was measured, where the file states none."""
+    detector = None if calibration is None else calibration.detector
+    if detector is None or detector.dead_time_kind is None or "dead_time_kind" in light.model_fields_set:
+        return light
+    return light.model_copy(update={"dead_time_kind": detector.dead_time_kind})
 
 
 TableT = TypeVar("TableT", bound=BaseModel)

@@ -11,11 +11,15 @@ from typing import Final, Literal, Self, TypeAlias
 
 import tomli_w
 
+from instrument.config.alignment_section import AlignmentSection
 from instrument.config.calibration_section import GridSection, Section
 from instrument.config.check import validate_table
+from instrument.config.detector_section import DetectorSection
 from instrument.config.displacement_section import DisplacementSection
 from instrument.config.document import Document, read_document
 from instrument.config.errors import ConfigError, Problem
+from instrument.config.mirrors_section import MirrorsSection
+from instrument.config.profile_section import ProfileSection
 from instrument.roles import RoleName
 from protocols import DeviceIdentity, Frozen, InputError
 
@@ -72,16 +76,16 @@ class Calibration(Frozen):
     displacement: DisplacementSection | None = None
     """Pixels a millimetre, and the stage's axis."""
 
-    detector: Section | None = None
+    detector: DetectorSection | None = None
     """Dark counts, dead time, linear limit."""
 
-    mirrors: Section | None = None
+    mirrors: MirrorsSection | None = None
     """Transition leak, edge loss, delay of the light."""
 
-    light: Section | None = None
+    light: ProfileSection | None = None
     """Illumination and background."""
 
-    alignment: Section | None = None
+    alignment: AlignmentSection | None = None
     """Which way is x, flips and turns."""
 
     @property
@@ -188,12 +192,12 @@ def updated_calibration(
         ConfigError: the file is there and is no calibration file that can be read.
         InputError: it is of another bench.
     """
+    bench = {role: CalibratedDevice.of(identity) for role, identity in devices.items()}
     if path.exists():
         old = read_calibration(path)
         old.refuse_other_bench(devices, magnification)
-        new = old.with_section(name, section)
+        new = old.model_copy(update={"bench": {**bench, **old.bench}}).with_section(name, section)
     else:
-        bench = {role: CalibratedDevice.of(identity) for role, identity in devices.items()}
         new = Calibration(magnification=magnification, bench=bench).with_section(name, section)
     write_calibration(path, new)
     return new

@@ -9,8 +9,10 @@ from instrument.measurement.light_model import IDEAL, LightModel, Parameter, Sou
 from instrument.measurement.light_stream import LightStream
 from instrument.measurement.measurement import Measurement
 from instrument.measurement.profile import Profile
+from instrument.measurement.ripple import Ripple, ripples_seen
 from instrument.measurement.screening import Screened, screened, slips_of_counts, tell_slips, usable_frames
 from instrument.measurement.slips import Slips
+from instrument.measurement.wiring import Wiring, wiring_of
 
 __all__ = [
     "IDEAL",
@@ -22,16 +24,20 @@ __all__ = [
     "Measurement",
     "Parameter",
     "Profile",
+    "Ripple",
     "Screened",
     "Slips",
     "Source",
+    "Wiring",
     "bordering_share",
     "first_light",
     "fixed_columns",
     "light_of",
     "noise_variance",
+    "ripples_seen",
     "screened",
     "slips_of_counts",
     "tell_slips",
     "usable_frames",
+    "wiring_of",
 ]

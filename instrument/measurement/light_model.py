@@ -1,12 +1,14 @@
 """What a bench does to the light on its way from the object to a count, as a value with the source of each number."""
 
-from typing import Final, Literal, TypeAlias
+from typing import Any, Final, Literal, TypeAlias
 
+import numpy as np
 from pydantic import NonNegativeFloat
 
-from instrument.config import Grid, LightTable, Stated, StatedProfile
+from instrument.config import Calibration, Grid, LightTable, Stated, StatedProfile
 from instrument.measurement.profile import Profile
 from instrument.measurement.ripple import Ripple
+from instrument.plan import Plan
 from protocols import Frozen
 
 Source: TypeAlias = Literal["assumed", "given", "calibrated", "fitted"]
@@ -62,11 +64,36 @@ class LightModel(Frozen):
     """Offset of each pattern that measures position, in the order of their columns, as a share of the total light; none for 0."""
 
     @classmethod
-    def of(cls, table: LightTable) -> "LightModel":
-        """Give the light model that ``[light]`` of bench.toml states; what it does not state is assumed to be 0."""
+    def of(cls, table: LightTable, calibration: Calibration | None = None, plan: Plan | None = None) -> "LightModel":
+        """Give the light model that ``[light]`` states, or else the calibration; what neither states is assumed to be 0.
+
+        Args:
+            table: of bench.toml.
+            calibration: of the bench; None where it was not calibrated.
+            plan: of the run, where there is a calibration: mirrors that take their time leak more in a shorter picture, and a
+                profile holds for the field that it was measured on.
+        """
         stated = {"leak": table.leak, "edge_loss": table.edge_loss}
-        numbers = {name: _parameter(value) for name, value in stated.items() if value is not None}
-        return cls.model_validate({**numbers, "profile": None if table.profile is None else _profile(table.profile)})
+        known: dict[str, Any] = {name: _parameter(value) for name, value in stated.items() if value is not None}
+        if table.profile is not None:
+            known["profile"] = _profile(table.profile)
+        return cls.model_validate(
+            known if calibration is None or plan is None else _calibrated(calibration, plan) | known
+        )
+
+
+def _calibrated(calibration: Calibration, plan: Plan) -> dict[str, Any]:
+    """Give what the calibration says of a run."""
+    mirrors, light = calibration.mirrors, calibration.light
+    measured = {} if mirrors is None else {"leak": mirrors.leak_at(plan.picture_time_s), "edge_loss": mirrors.edge_loss}
+    known: dict[str, Any] = {
+        name: Parameter(value=max(0.0, number.value), sigma=number.sigma, source="calibrated")
+        for name, number in measured.items()
+    }
+    if light is not None and light.field_mirrors == plan.image_size * plan.superpixel:
+        blocks, sigma = np.array(light.profile), float(np.max(light.profile_sigma))
+        known["profile"] = Profile.of(blocks, points=min(len(blocks), _PROFILE_POINTS), sigma=sigma)
+    return known
 
 
 def _parameter(stated: float | Stated) -> Parameter:
@@ -81,6 +108,10 @@ def _profile(stated: Grid | StatedProfile) -> Profile:
     if isinstance(stated, StatedProfile):
         return Profile(values=stated.values, sigma=stated.sigma, source=stated.source)
     return Profile(values=stated)
+
+
+_PROFILE_POINTS: Final = 6
+"""Points along each axis of a calibrated profile: a lamp's light has no finer features."""
 
 
 IDEAL: Final = LightModel()

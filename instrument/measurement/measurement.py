@@ -101,7 +101,7 @@ class Measurement:
             photon_counts=recording.photon_counts,
             findings=screening.findings,
         )
-        return measurement.lit_by(LightModel.of(recording.light))
+        return measurement.lit_by(LightModel.of(recording.light, recording.calibration, recording.plan))
 
     def lit_by(self, light: LightModel) -> "Measurement":
         """Correct what arrived by another light model."""

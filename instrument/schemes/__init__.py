@@ -6,6 +6,7 @@ from instrument.schemes.fourier_hadamard import FourierHadamard, FourierHadamard
 from instrument.schemes.fringes import FringeSettings, fringe_patterns
 from instrument.schemes.hadamard_pairs import DitheredSettings, HadamardSettings, hadamard_rows, pair_light, sequence_of
 from instrument.schemes.observation import Light, Observation
+from instrument.schemes.pictures import PicturesSettings
 from instrument.schemes.ramps import Ramps
 from instrument.schemes.reading import PositionReading, Signals, as_signals, fourier_reading, moment_reading
 from instrument.schemes.scheme import ImageRows, Scheme, image_rows_of, position_of
@@ -22,6 +23,7 @@ __all__ = [
     "ImageRows",
     "Light",
     "Observation",
+    "PicturesSettings",
     "PositionReading",
     "Ramps",
     "Role",

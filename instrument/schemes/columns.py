@@ -4,7 +4,7 @@ from typing import Literal, TypeAlias
 
 from protocols import Frozen
 
-Role: TypeAlias = Literal["fourier", "moment", "hadamard"]
+Role: TypeAlias = Literal["fourier", "moment", "hadamard", "picture"]
 Axis: TypeAlias = Literal["x", "y"]
 
 

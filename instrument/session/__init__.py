@@ -2,6 +2,7 @@
 
 from instrument.acquisition import Devices, Phase, check_recording
 from instrument.session.channel import Channel, Follower, Listener, Publish, Subscription
+from instrument.session.counting import Counting, count
 from instrument.session.errors import RunAborted, RunNotOver
 from instrument.session.events import (
     BlockEvent,
@@ -15,8 +16,10 @@ from instrument.session.events import (
     event_from_json,
 )
 from instrument.session.feed import Feed
+from instrument.session.holding import hold
 from instrument.session.instrument import Instrument
 from instrument.session.opening import open_devices
+from instrument.session.probing import Probed, probe_bench
 from instrument.session.run import Run
 from instrument.session.safety import make_safe
 from instrument.session.simulate import simulate
@@ -25,6 +28,7 @@ from instrument.session.snapshot import ListenerFailure, RunState, Snapshot
 __all__ = [
     "BlockEvent",
     "Channel",
+    "Counting",
     "Devices",
     "Event",
     "Feed",
@@ -37,6 +41,7 @@ __all__ = [
     "ListenerFailure",
     "Phase",
     "PhaseEvent",
+    "Probed",
     "Publish",
     "Run",
     "RunAborted",
@@ -47,8 +52,11 @@ __all__ = [
     "TrackingEvent",
     "UploadEvent",
     "check_recording",
+    "count",
     "event_from_json",
+    "hold",
     "make_safe",
     "open_devices",
+    "probe_bench",
     "simulate",
 ]

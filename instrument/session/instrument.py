@@ -1,6 +1,6 @@
 """The bench as one thing: composes the devices, runs plans, keeps everything safe."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from threading import Lock
@@ -11,14 +11,16 @@ from instrument.acquisition import CheckReport, Devices, check_plan
 from instrument.config import BenchConfig, Calibration, OnAbort, load_bench
 from instrument.plan import Plan, refuse_no_plan
 from instrument.recording import Recording
+from instrument.roles import STAGE, RoleName
 from instrument.schemes import scheme_of
 from instrument.session.channel import Listener
+from instrument.session.holding import hold
 from instrument.session.opening import open_devices
 from instrument.session.run import Run
 from instrument.session.safety import make_safe
 from instrument.session.work import Job
 from instrument.storage import refuse_existing, refuse_full_disk
-from protocols import InputError, LinearStage, PatternModulator, PhotonCounter, SafeStateFailed, WrongState
+from protocols import Bytes, InputError, LinearStage, PatternModulator, PhotonCounter, SafeStateFailed, WrongState
 from protocols.plain_file import path_of
 
 
@@ -67,25 +69,32 @@ class Instrument:
         self._starting = Lock()
 
     @classmethod
-    def from_toml(cls, path: str | Path) -> Self:
+    def from_toml(cls, path: str | Path, *, only: Collection[RoleName] | None = None) -> Self:
         """Open the bench that bench.toml describes.
+
+        Args:
+            path: the file.
+            only: roles whose devices are opened, such as ``{"stage"}``; the file needs no others, and no calibration is
+                read. None opens the whole bench.
 
         Raises:
             ConfigError: every mistake in the file at once, or in the calibration file that it names.
             InputError: that calibration is of another bench; every device is closed again.
             DeviceError: a device did not open; those opened before are closed again.
         """
-        return cls.from_config(load_bench(path))
+        return cls.from_config(
+            load_bench(path) if only is None else load_bench(path, only, calibrated=False), only=only
+        )
 
     @classmethod
-    def from_config(cls, config: BenchConfig) -> Self:
-        """Open a bench that has been checked.
+    def from_config(cls, config: BenchConfig, *, only: Collection[RoleName] | None = None) -> Self:
+        """Open a bench that has been checked, or ``only`` the devices in some of its roles.
 
         Raises:
             InputError: the calibration is of another bench; every device is closed again.
             DeviceError: a device did not open; those opened before are closed again.
         """
-        devices = open_devices(config)
+        devices = open_devices(config, only)
         try:
             return cls(
                 devices,
@@ -153,7 +162,7 @@ class Instrument:
             sequence=lambda: scheme_of(plan).sequence(limits.columns, limits.rows),
             modulator=limits,
             counter=self.counter.limits,
-            stage=self.stage,
+            stage=self.stage if STAGE.name in self._devices.by_role else None,
             calibration=self._calibration,
             scene=self._devices.scene,
         )
@@ -191,7 +200,8 @@ class Instrument:
             path = path_of(out) if out is not None else Path(f"run-{datetime.now(UTC):%Y%m%d-%H%M%S}.h5")
             refuse_existing(path, overwrite=overwrite)
             refuse_full_disk(path, plan.patterns)
-            job = Job(plan, sequence, self._devices, path, overwrite, self._on_abort, self._description)
+            detector = None if self._calibration is None else self._calibration.detector
+            job = Job(plan, sequence, self._devices, path, overwrite, self._on_abort, self._description, detector)
             self._run = Run(job, tuple(listeners))  # known before it begins: an interrupt here finds it
             self._run.begin()
             return self._run
@@ -219,6 +229,17 @@ class Instrument:
         """
         with self.start(plan, out, overwrite=overwrite, listeners=listeners) as run:
             return run.wait()
+
+    def show(
+        self, picture: str | Bytes, seconds: float | None = None, *, image_size: int = 128, superpixel: int = 2
+    ) -> None:
+        """Hold one picture on the modulator, as ``hold`` does, and nothing when this returns. Nothing is counted or moved.
+
+        Raises:
+            InputError: no such picture, or it does not fit on the mirrors.
+            DeviceError: the modulator failed.
+        """
+        hold(self.modulator, self._devices.clock, picture, seconds, image_size=image_size, superpixel=superpixel)
 
     def close(self) -> None:
         """End a run that goes on, make every device safe and close it.

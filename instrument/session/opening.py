@@ -1,5 +1,6 @@
 """From a checked bench.toml to open devices."""
 
+from collections.abc import Collection
 from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
 from typing import Any, cast
@@ -10,8 +11,12 @@ from instrument.roles import Device, RoleName
 from protocols import BenchContext, Clock, LinearStage, MonotonicClock, Scene
 
 
-def open_devices(bench: BenchConfig) -> Devices:
+def open_devices(bench: BenchConfig, only: Collection[RoleName] | None = None) -> Devices:
     """Open the scene, the transports and the devices that bench.toml names, in the order of their roles.
+
+    Args:
+        bench: checked.
+        only: roles whose devices are opened; None opens all.
 
     Raises:
         KinopixError: a device did not open; those opened before are closed again.
@@ -20,7 +25,9 @@ def open_devices(bench: BenchConfig) -> Devices:
         scene = bench.scene.plugin.open(bench.scene.settings, bench.folder) if bench.scene else None
         clock = scene.clock if scene else MonotonicClock()
         opened: dict[RoleName, Device] = {
-            name: _open(device, scene, clock, bench.folder, stack) for name, device in bench.devices.items()
+            name: _open(device, scene, clock, bench.folder, stack)
+            for name, device in bench.devices.items()
+            if only is None or name in only
         }
         if scene is not None:
             opened["stage"] = scene.carried_by(cast("LinearStage", opened["stage"]))

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from instrument.acquisition import AlignedBlock, Devices, Outcome, Phase, acquire, prepare
-from instrument.config import OnAbort
+from instrument.config import DetectorSection, OnAbort
 from instrument.frame_times import frame_middle_s
 from instrument.plan import Plan
 from instrument.recording import TimingReport
@@ -35,6 +35,9 @@ class Job:
     on_abort: OnAbort
     description: str
     """JSON of the bench."""
+
+    detector: DetectorSection | None = None
+    """What was measured of the detector, which counts more than what its driver states."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +159,8 @@ def carry_out(job: Job, publish: Callable[[Event], None], abort: AbortRequest) -
 
 
 def _writer(job: Job, timing: ModulatorTiming) -> RecordingWriter:
-    limits = job.devices.counter.limits
+    limits, found = job.devices.counter.limits, job.detector
+    dead_time = None if found is None else found.dead_time_s
     make = partial(
         RecordingWriter,
         job.path,
@@ -164,8 +168,8 @@ def _writer(job: Job, timing: ModulatorTiming) -> RecordingWriter:
         picture_time_s=timing.picture_time_us * 1e-6,
         bench=job.description,
         devices=job.devices.identities(),
-        dead_time_s=limits.dead_time_s,
-        dark_rate_hz=limits.dark_rate_hz,
+        dead_time_s=limits.dead_time_s if dead_time is None else dead_time.value,
+        dark_rate_hz=limits.dark_rate_hz if found is None else found.dark_rate_hz.value,
         with_truth=job.devices.scene is not None,
         overwrite=job.overwrite,
     )

@@ -1,3 +1,4 @@
+from .alignment import alignment_figure as alignment_figure
 from .calibration_table import displacement_figures as displacement_figures
 from .calibration_table import displacement_rows as displacement_rows
 from .calibration_table import displacement_table as displacement_table
@@ -26,6 +27,7 @@ __all__ = [
     "ERR",
     "OUT",
     "LiveView",
+    "alignment_figure",
     "check_table",
     "displacement_figures",
     "displacement_rows",

@@ -38,6 +38,10 @@ class PhotonNoise(Frozen):
     """Expected counts of an all-lit picture from the object alone, at the first picture, at ``light_level`` 1, before
     dead time and without what is lost at mirrors. A picture that lets half of the light through gives half of it."""
 
+    peak_in_s: Annotated[float, Field(ge=1e-6, le=1e3)] | None = None
+    """Picture time in which ``peak_counts`` are expected: a steady lamp gives ten times as many in a picture ten times as long.
+    None: in one picture, however long it is."""
+
     dark_rate_hz: DarkHertz = 0.0
     """Dark counts a second. The data sheet of the -210 head is uncertain (50 or 600 a second): measure it."""
 

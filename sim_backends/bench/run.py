@@ -58,9 +58,10 @@ class Run:
         self._order = wired(projection.play_order, settings.swap, settings.patterns_late)
         ambient_per_s = settings.ambient_level * all_lit / projection.picture_time_s
         self._ambient = Ambient(ambient_per_s, settings.ambient_ripple, 2 * settings.mains_hz)
-        self._counts_per_light = (
-            settings.noise.peak_counts / all_lit if isinstance(settings.noise, PhotonNoise) else 1.0
-        )
+        self._counts_per_light = 1.0
+        if isinstance(noise := settings.noise, PhotonNoise):
+            pictures = 1.0 if noise.peak_in_s is None else projection.picture_time_s / noise.peak_in_s
+            self._counts_per_light = noise.peak_counts * pictures / all_lit
         self._remainder = remainder(settings.mirror_transition_s, settings.mirror_settling_s, projection.picture_time_s)
         self._counts = no_counts(settings, max(0, len(self.edge_s) - 1))
         self._known: set[int] = set()

@@ -54,6 +54,7 @@ realtime = true
 [noise]
 kind = "poisson"
 peak_counts = 250
+peak_in_s = 5e-5
 dark_rate_hz = 600
 dead_time_s = 2e-8
 dead_time_kind = "paralyzable"
@@ -68,6 +69,7 @@ def test_a_table_with_every_key_is_read() -> None:
     assert scene.noise == PhotonNoise(
         kind="poisson",
         peak_counts=250,
+        peak_in_s=5e-5,
         dark_rate_hz=600,
         dead_time_s=2e-8,
         dead_time_kind="paralyzable",
