@@ -29,7 +29,7 @@ def open_devices(bench: BenchConfig, only: Collection[RoleName] | None = None) -
             for name, device in bench.devices.items()
             if only is None or name in only
         }
-        if scene is not None:
+        if scene is not None and "stage" in opened:
             opened["stage"] = scene.carried_by(cast("LinearStage", opened["stage"]))
         return Devices(opened, clock, scene, stack.pop_all())
 

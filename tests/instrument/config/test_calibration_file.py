@@ -14,8 +14,9 @@ from instrument.config import (
     Calibration,
     CalibrationPosition,
     ConfigError,
+    DetectorSection,
     DisplacementSection,
-    Section,
+    Measured,
     load_bench,
     read_calibration,
     updated_calibration,
@@ -50,6 +51,8 @@ WHOLE = DisplacementSection(
     ),
 )
 
+DETECTOR = DetectorSection(date=DATE, dark_rate_hz=Measured(value=600.0, sigma=2.5))
+
 
 def identities(**serials: str) -> dict[str, DeviceIdentity]:
     """The simulated devices, with serial numbers."""
@@ -70,7 +73,7 @@ def test_scale_and_axis_follow_from_both_components() -> None:
 
 
 def test_what_is_written_is_read(tmp_path: Path) -> None:
-    whole = calibration(WHOLE).model_copy(update={"magnification": "relay 1:1", "detector": Section(date=DATE)})
+    whole = calibration(WHOLE).model_copy(update={"magnification": "relay 1:1", "detector": DETECTOR})
     write_calibration(tmp_path / "c.toml", whole)
     assert read_calibration(tmp_path / "c.toml") == whole
     assert tomllib.loads((tmp_path / "c.toml").read_text())["displacement"]["date"] == DATE
@@ -93,11 +96,11 @@ def test_every_number_comes_back_to_the_last_bit(
 
 def test_a_section_measured_anew_keeps_the_others(tmp_path: Path) -> None:
     path = tmp_path / "c.toml"
-    updated_calibration(path, "detector", Section(date=DATE), identities())
+    updated_calibration(path, "detector", DETECTOR, identities())
     updated_calibration(path, "displacement", WHOLE, identities())
     later = displacement(9.0)
     assert updated_calibration(path, "displacement", later, identities()) == read_calibration(path)
-    assert read_calibration(path).sections == {"displacement": later, "detector": Section(date=DATE)}
+    assert read_calibration(path).sections == {"displacement": later, "detector": DETECTOR}
 
 
 @pytest.mark.parametrize(
@@ -127,7 +130,7 @@ def test_other_pixels_are_refused_by_name(image_size: int, superpixel: int) -> N
     known.refuse_other_grid(128, 2)
     with pytest.raises(InputError, match=rf"{image_size} px of {superpixel} x {superpixel} mirrors, where \[displ"):
         known.refuse_other_grid(image_size, superpixel)
-    Calibration(bench=SIMULATED, detector=Section(date=DATE)).refuse_other_grid(image_size, superpixel)
+    Calibration(bench=SIMULATED, detector=DETECTOR).refuse_other_grid(image_size, superpixel)
 
 
 @pytest.mark.parametrize(
