@@ -165,7 +165,8 @@ def analyse(
             finer = 1 if trajectory is None or not chosen.finer else None if grid == "auto" else int(grid)
             still = wanted == "fit"
             if trajectory is not None and tracking == "joint":
-                refined = refine(measurement, trajectory, grid=finer, background=wanted)
+                of_path = None if grid == "auto" else finer  # the path is the same for all methods
+                refined = refine(measurement, trajectory, grid=of_path, background=wanted)
                 trajectory, reconstruction, refinements = refined.trajectory, refined.image, refined.refinements
                 measurement, still = refined.measurement, chosen.finer and refined.image.still is not None
             if reconstruction is None or method != "tv":

@@ -18,8 +18,8 @@ from instrument.tracking import as_trajectory, track
 from protocols import Floats, Truth
 
 FRAMES, SIZE = 400, 64
-_SQUARED = np.linspace(-1, 1, 5) ** 2
-TABLE = LightTable(profile=tuple(tuple(row) for row in (1 - 0.3 * np.add.outer(_SQUARED, _SQUARED)).tolist()))
+_SQUARED = (1.0, 0.25, 0.0, 0.25, 1.0)
+TABLE = LightTable(profile=tuple(tuple(1 - 0.3 * (y + x) for x in _SQUARED) for y in _SQUARED))
 """0.4 in the corners, 0.7 in the middle of each side."""
 
 

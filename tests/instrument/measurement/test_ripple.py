@@ -1,3 +1,4 @@
+# pyright: reportPrivateUsage=false
 """Periodic light: cosines that were put in by hand."""
 
 import numpy as np
@@ -111,8 +112,8 @@ def test_what_the_model_adds_is_taken_out() -> None:
 
 def test_a_line_of_eight_periods_and_a_part_beside_a_constant_is_fitted_exactly() -> None:
     """A projection on cosine and sine would be off by some percent, as they are not at right angles to each other and to 1."""
-    time_s = np.arange(600.0) * 3e-4
-    series = 0.02 + 0.1 * np.cos(2 * np.pi * 47.3 * time_s - 0.4)
+    time_s = np.arange(600, dtype=np.float64) * 3e-4
+    series = np.asarray(0.02 + 0.1 * np.cos(2 * np.pi * 47.3 * time_s - 0.4), np.float64)
     line = _line(series, time_s, 46.9, 1.4)
     assert line.frequency_hz == pytest.approx(47.3, abs=1e-3)
     assert line.amplitude == pytest.approx(0.1, abs=1e-5)
