@@ -1,0 +1,169 @@
+"""What a power cut leaves: half an index, zeros for counts. The journal beside the recording has every count that was synced."""
+
+import os
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.attack_power import power_cut
+from instrument.plan import Plan
+from instrument.storage import Keeper, RecordingWriter, open_recording, raw_counts, recover
+from instrument.storage.left_open import LeftOpen, lookup3
+from instrument.storage.spill import read_spill
+from protocols import CountBlock, Floats, InputError
+from tests.support import plain_hdf5 as plain
+
+PLAN = Plan(frames=100, image_size=8)
+VALUES = np.arange(600, dtype=np.float64) + 0.25
+EDGES: Floats = np.arange(600, dtype=np.float64) * 50e-6
+
+
+def running(path: Path, patterns: int = 300) -> Keeper:
+    """A run that has handed over so many patterns, all of which are written."""
+    kept = Keeper(RecordingWriter(path, PLAN, picture_time_s=50e-6))
+    for first in range(0, patterns, 100):
+        end = first + 100
+        kept.raw(CountBlock(first, VALUES[first:end], EDGES[first:end], float(end * 50e-6)))
+        kept.placed(VALUES[first:end], EDGES[first:end])
+    kept.wait_until_written()
+    return kept
+
+
+@pytest.fixture
+def cut(tmp_path: Path) -> Path:
+    """A copy of the files of a run that goes on, as a disk has them whose power is cut: 300 patterns."""
+    (tmp_path / "run").mkdir()
+    (tmp_path / "cut").mkdir()
+    kept = running(tmp_path / "run" / "run.h5")
+    for file in (tmp_path / "run").iterdir():
+        (tmp_path / "cut" / file.name).write_bytes(file.read_bytes())
+    kept.finish(frame_valid=np.ones(50, bool), report="{}")
+    return tmp_path / "cut" / "run.h5"
+
+
+def journal_of(path: Path) -> Path:
+    (journal,) = path.parent.glob("run.h5.*.spill")
+    return journal
+
+
+def test_whatever_pages_the_disk_has_kept_every_synced_count_is_recovered_and_no_other_number_is_read() -> None:
+    rows = power_cut(14, seed=3)
+    assert [row for row in rows if not row.good] == []
+    assert {row.kept >= 0 for row in rows} == {True, False}  # some images are refused, and some can be read as they are
+
+
+def test_the_journal_goes_when_the_recording_is_closed(tmp_path: Path) -> None:
+    kept = running(tmp_path / "run.h5", 600)
+    assert len(list(tmp_path.iterdir())) == 2
+    assert kept.finish(frame_valid=np.ones(100, bool), report="{}") is None
+    assert [file.name for file in tmp_path.iterdir()] == ["run.h5"]
+
+
+def test_a_recording_that_is_nothing_but_zeros_is_made_anew_from_its_journal(cut: Path) -> None:
+    cut.write_bytes(bytes(5000))
+    with pytest.raises(InputError, match=r"`kinopix recover .*run\.h5` makes it anew"):
+        open_recording(cut)
+    journal = journal_of(cut)
+    done = recover(cut)
+    assert done is not None
+    assert (done.patterns, done.joined, done.spills) == (300, 300, (journal,))
+    recording, raw = open_recording(cut), raw_counts(cut)
+    np.testing.assert_array_equal(recording.values.ravel(), VALUES[:300])
+    np.testing.assert_array_equal(raw.counts, VALUES[:300])
+    np.testing.assert_array_equal(raw.edge_time_s, EDGES[:300])
+    assert recording.plan == PLAN
+    assert plain.attribute(cut, "entry", "complete") == 0
+    assert [file.name for file in cut.parent.iterdir()] == ["run.h5"]
+
+
+def test_zeros_in_the_place_of_counts_are_not_read_as_counts(cut: Path) -> None:
+    content = cut.read_bytes()
+    first = content.rindex(VALUES[6:12].tobytes())  # the raw counts come first
+    cut.write_bytes(content[:first] + bytes(48) + content[first + 48 :])
+    with pytest.raises(InputError, match="a power cut has left half written"):
+        open_recording(cut)
+    assert recover(cut) is not None
+    np.testing.assert_array_equal(open_recording(cut).values.ravel(), VALUES[:300])
+
+
+def test_counts_that_the_journal_does_not_have_are_not_believed(cut: Path) -> None:
+    journal = journal_of(cut)
+    journal.write_bytes(journal.read_bytes()[:-8])  # its last record is torn: 200 patterns are left
+    with pytest.raises(InputError, match="a power cut has left half written"):
+        open_recording(cut)
+    done = recover(cut)
+    assert done is not None
+    assert (done.patterns, done.lost_bytes > 0) == (200, True)
+
+
+def test_a_killed_recording_is_read_as_it_is(cut: Path) -> None:
+    np.testing.assert_array_equal(open_recording(cut).values.ravel(), VALUES[:300])
+
+
+def test_a_journal_of_a_recording_that_was_closed_is_removed(tmp_path: Path) -> None:
+    """The program was killed after it had closed the recording, and before it removed the journal."""
+    path = tmp_path / "run.h5"
+    kept = running(path, 600)
+    journal = journal_of(path)
+    content = journal.read_bytes()
+    kept.finish(frame_valid=np.ones(100, bool), report="{}")
+    journal.write_bytes(content)
+    before = path.read_bytes()
+    assert recover(path) is None
+    assert path.read_bytes() == before
+    assert not journal.exists()
+
+
+def test_a_run_that_goes_on_is_not_recovered(tmp_path: Path) -> None:
+    kept = running(tmp_path / "run.h5")
+    with pytest.raises(InputError, match="being recorded by process"):
+        recover(tmp_path / "run.h5")
+    assert journal_of(tmp_path / "run.h5").exists()
+    kept.finish(frame_valid=np.ones(50, bool), report="{}")
+
+
+def test_the_journal_of_another_run_is_not_taken(cut: Path, tmp_path: Path) -> None:
+    other = journal_of(cut).read_bytes()
+    journal_of(cut).unlink()
+    head, _, rest = other.partition(b"\n")
+    (cut.parent / "run.h5.0000.spill").write_bytes(head.replace(b"20", b"19", 1) + b"\n" + rest)
+    done = recover(cut)
+    assert done is not None
+    assert done.spills == ()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no modes there")
+def test_a_journal_is_for_its_owner_alone(cut: Path, tmp_path: Path) -> None:
+    kept = running(tmp_path / "run.h5")
+    assert journal_of(tmp_path / "run.h5").stat().st_mode & 0o777 == 0o600
+    kept.finish(frame_valid=np.ones(50, bool), report="{}")
+    assert read_spill(journal_of(cut)).empty_recording.startswith(b"\x89HDF")
+
+
+@pytest.mark.parametrize(("text", "checksum"), [(b"", 0xDEADBEEF), (b"Four score and seven years ago", 0x17770551)])
+def test_checksums_are_those_of_lookup3(text: bytes, checksum: int) -> None:
+    """Both are stated in Bob Jenkins' lookup3.c (driver5)."""
+    assert lookup3(text) == checksum
+
+
+def test_of_a_file_that_was_left_open_only_the_superblock_is_shown_otherwise(cut: Path) -> None:
+    content = cut.read_bytes()
+    with LeftOpen(BytesIO(content)) as left:
+        assert left.is_marked
+        shown = left.read()
+        left.seek(20)
+        assert left.read(100) == shown[20:120]
+    assert [shown[11], content[11] & 4] == [0, 4]
+    assert int.from_bytes(shown[28:36], "little") == len(content)
+    assert shown[48:] == content[48:]
+
+
+def test_a_closed_file_and_a_torn_superblock_are_shown_as_they_are(cut: Path) -> None:
+    content = bytearray(cut.read_bytes())
+    content[30] ^= 1
+    for other in (bytes(content), b"", b"nothing"):
+        with LeftOpen(BytesIO(other)) as left:
+            assert not left.is_marked
+            assert left.read() == other
