@@ -8,6 +8,7 @@ measured, or refuses, and whether ``recover`` gives every count that was synced.
 """
 
 import random
+import shutil
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -97,6 +98,7 @@ def _run(folder: Path, chance: random.Random, count: int) -> list[Row]:
             for path, held in states.items():
                 (there / path.name).write_bytes(_image(held, chance).tobytes())
             rows.append(_row(there / out.name, synced, done))
+            shutil.rmtree(there)
     keeper.finish(frame_valid=np.ones(-(-done // plan.patterns_per_frame), bool), report="{}")
     out.unlink()
     return rows

@@ -9,9 +9,10 @@ from instrument.measurement.light_model import IDEAL, LightModel, Parameter, Sou
 from instrument.measurement.light_stream import LightStream
 from instrument.measurement.measurement import Measurement
 from instrument.measurement.screening import Screened, screened, slips_of_counts, tell_slips, usable_frames
-from instrument.measurement.slips import Slips
+from instrument.measurement.slips import FEWEST_FRAMES, Segment, Slips
 
 __all__ = [
+    "FEWEST_FRAMES",
     "IDEAL",
     "Detector",
     "Finding",
@@ -21,6 +22,7 @@ __all__ = [
     "Measurement",
     "Parameter",
     "Screened",
+    "Segment",
     "Slips",
     "Source",
     "bordering_share",
