@@ -38,6 +38,11 @@ class SlipWatch:
         self._sure: list[Mask] = []
         self._looked: tuple[int, Slips | None] = (0, None)
 
+    @property
+    def held_bytes(self) -> int:
+        """Memory for values."""
+        return self._values.nbytes
+
     def see(self, values: Floats, frame_valid: Mask, *, photon_counts: bool) -> None:
         """Take the next values.
 

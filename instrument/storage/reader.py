@@ -252,13 +252,14 @@ def _refuse_torn(path: Path, entry: Group, values: Floats, edge_time_s: Floats) 
         return
     run = run_of(entry.text(layout.START_TIME), entry.attribute_of(layout.PROGRAM_NAME, "process_id"))
     numbers = {layout.VALUES: values.ravel(), layout.EDGE_TIME_S: edge_time_s.ravel()}
+    written = np.isfinite(values.ravel())  # a program may be killed in the middle of writing what its journal has
     for journal in (spill for spill in spills_of(path.resolve(), run) if spill.empty_recording):
         end = 0
         for record in journal.records:
             if record.what in numbers:
                 there = numbers[record.what][record.first : record.first + len(record.numbers)]
-                written = np.isfinite(there)  # a program may be killed in the middle of writing what its journal has
-                if not np.array_equal(there[written], record.numbers[: len(there)][written]):
+                which = written[record.first : record.first + len(there)]
+                if not np.array_equal(there[which], record.numbers[: len(there)][which], equal_nan=True):
                     raise _torn(path)
             if record.what == layout.VALUES:
                 end = record.first + len(record.numbers)

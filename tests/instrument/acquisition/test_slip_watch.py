@@ -60,7 +60,7 @@ def test_a_run_in_step_is_one_segment_whatever_the_pieces(light: Floats, monkeyp
 
 
 def test_no_more_is_held_of_a_longer_run() -> None:
-    held = [watched(np.ones(0), patterns)._values.nbytes for patterns in (600, 10**6, 10**8)]
+    held = [watched(np.ones(0), patterns).held_bytes for patterns in (600, 10**6, 10**8)]
     assert held == [4 * 606, 4 * 6 * (8192 + 1), 4 * 6 * (8192 + 1)]
 
 

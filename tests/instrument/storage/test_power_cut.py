@@ -12,7 +12,7 @@ from instrument.plan import Plan
 from instrument.storage import Keeper, RecordingWriter, open_recording, raw_counts, recover
 from instrument.storage.left_open import LeftOpen, lookup3
 from instrument.storage.spill import read_spill
-from protocols import CountBlock, Floats, InputError
+from protocols import CountBlock, Floats, InputError, Truth
 from tests.support import plain_hdf5 as plain
 
 PLAN = Plan(frames=100, image_size=8)
@@ -167,3 +167,59 @@ def test_a_closed_file_and_a_torn_superblock_are_shown_as_they_are(cut: Path) ->
         with LeftOpen(BytesIO(other)) as left:
             assert not left.is_marked
             assert left.read() == other
+
+
+def test_counts_whose_edge_times_the_disk_has_lost_are_not_believed(cut: Path) -> None:
+    """Edge times are written before counts: a program that was killed never leaves a count without its time."""
+    content = cut.read_bytes()
+    first = content.rindex(EDGES[6:12].tobytes())
+    cut.write_bytes(content[:first] + np.full(6, np.nan).tobytes() + content[first + 48 :])
+    with pytest.raises(InputError, match="a power cut has left half written"):
+        open_recording(cut)
+
+
+def test_a_frame_that_was_being_written_when_its_program_was_killed_is_no_torn_one(cut: Path) -> None:
+    content = cut.read_bytes()
+    first = content.rindex(VALUES[294:300].tobytes())
+    cut.write_bytes(content[:first] + np.full(6, np.nan).tobytes() + content[first + 48 :])
+    recording = open_recording(cut)
+    assert np.flatnonzero(~recording.frame_valid).tolist() == [49]
+
+
+def test_raw_counts_that_were_not_placed_yet_are_recovered_and_are_no_patterns(tmp_path: Path) -> None:
+    (tmp_path / "cut").mkdir()
+    kept = Keeper(RecordingWriter(tmp_path / "run.h5", PLAN, picture_time_s=50e-6))
+    kept.raw(CountBlock(0, VALUES[:100]))
+    kept.wait_until_written()
+    for file in (tmp_path / "run.h5", journal_of(tmp_path / "run.h5")):
+        (tmp_path / "cut" / file.name).write_bytes(file.read_bytes())
+    kept.finish(frame_valid=np.ones(0, bool), report="{}")
+    done = recover(tmp_path / "cut" / "run.h5")
+    assert done is not None
+    assert (done.patterns, done.joined) == (0, 0)
+    assert len(raw_counts(tmp_path / "cut" / "run.h5").counts) == 100
+
+
+def test_what_a_run_fills_in_at_its_end_is_recovered_from_the_journal(tmp_path: Path) -> None:
+    """Power that is cut when the end is written: the journal has mask, report and truth too, as it is written first."""
+    path, failing = tmp_path / "run.h5", [False]
+
+    def sync(_: int) -> None:
+        if failing[0]:
+            raise OSError("the power is off")
+
+    writer = RecordingWriter(path, PLAN, picture_time_s=50e-6, with_truth=True, sync=sync)
+    kept = Keeper(writer, sync_s=1e6)
+    kept.raw(CountBlock(0, VALUES))
+    kept.placed(VALUES, EDGES)
+    kept.wait_until_written()
+    failing[0] = True
+    truth = Truth(displacement_px=np.arange(200.0).reshape(100, 2), image=np.eye(8))
+    assert kept.finish(frame_valid=np.arange(100) != 7, report="{}", truth=truth) is not None
+    path.write_bytes(b"")
+    assert recover(path) is not None
+    recording = open_recording(path)
+    assert np.flatnonzero(~recording.frame_valid).tolist() == [7]
+    assert recording.truth is not None
+    np.testing.assert_array_equal(recording.truth.displacement_px, truth.displacement_px)
+    np.testing.assert_array_equal(recording.truth.image, np.eye(8))
