@@ -121,6 +121,7 @@ def _with_room(path: Path, part: Part, needed: int) -> Generator[File]:
 def _copied(path: Path, opened: Callable[[], AbstractContextManager[File]], new: File) -> Group:
     try:
         with opened() as old:
+            old.refuse_foreign()  # a journal may have been made by anybody
             old.copy_to(new, without="entry")
             entry = new.group("entry", "NXentry")
             old.at("entry").copy_to(entry, without="analysis")

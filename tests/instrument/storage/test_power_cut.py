@@ -10,6 +10,7 @@ import pytest
 from benchmarks.attack_power import power_cut
 from instrument.plan import Plan
 from instrument.storage import Keeper, RecordingWriter, open_recording, raw_counts, recover
+from instrument.storage.journal import Journal
 from instrument.storage.left_open import LeftOpen, lookup3
 from instrument.storage.spill import read_spill
 from protocols import CountBlock, Floats, InputError, Truth
@@ -223,3 +224,22 @@ def test_what_a_run_fills_in_at_its_end_is_recovered_from_the_journal(tmp_path: 
     assert recording.truth is not None
     np.testing.assert_array_equal(recording.truth.displacement_px, truth.displacement_px)
     np.testing.assert_array_equal(recording.truth.image, np.eye(8))
+
+
+def test_a_journal_whose_empty_recording_points_elsewhere_is_refused(cut: Path, tmp_path: Path) -> None:
+    secret = tmp_path / "secret.h5"
+    with plain.opened(secret, "w") as file:
+        file["numbers"] = np.arange(3)
+    planted = tmp_path / "planted.h5"
+    with RecordingWriter(planted, PLAN, picture_time_s=50e-6) as writer:
+        writer.append(VALUES[:6])
+        writer.finish()
+    plain.link(planted, "entry/notes", secret, "/numbers")
+    run = read_spill(journal_of(cut)).run
+    Journal(cut, run, planted.read_bytes(), []).close()
+    (real,) = (path for path in cut.parent.glob("*.spill") if path.stat().st_mode & 0o077)
+    real.unlink()
+    before = cut.read_bytes()
+    with pytest.raises(InputError, match=r"/entry/notes is a link into another file"):
+        recover(cut)
+    assert cut.read_bytes() == before
