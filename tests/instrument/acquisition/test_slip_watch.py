@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from benchmarks.attack_faults import recorded, wrong_frames
 from instrument.acquisition import slip_watch
 from instrument.acquisition.slip_watch import SlipWatch
 from instrument.plan import Plan
@@ -62,28 +61,3 @@ def test_a_run_in_step_is_one_segment_whatever_the_pieces(light: Floats, monkeyp
 def test_no_more_is_held_of_a_longer_run() -> None:
     held = [watched(np.ones(0), patterns).held_bytes for patterns in (600, 10**6, 10**8)]
     assert held == [4 * 606, 4 * 6 * (8192 + 1), 4 * 6 * (8192 + 1)]
-
-
-@pytest.mark.parametrize("stall", [16, 34])
-def test_where_edges_are_missing_and_too_few_frames_tell_whether_the_first_is_none_is_trusted(stall: int) -> None:
-    """The first edge lost, and the sync line dead after some frames: all values come one pattern early."""
-    lost = [{"kind": "drop-edge", "picture": 0}]
-    recording, _ = recorded([*lost, {"kind": "stall", "picture": stall}], edge_times=True)
-    assert recording is not None
-    assert wrong_frames(recording) == 0
-    assert not recording.frame_valid.any()
-    assert recording.timing is not None
-    assert recording.timing.verdict == "failed"
-    assert any("too few frames tell whether the first was lost" in note for note in recording.timing.notes)
-
-
-def test_a_longer_run_that_stalls_keeps_its_frames_as_the_values_vouch_for_the_first_edge() -> None:
-    recording, _ = recorded([{"kind": "stall", "picture": 100}], edge_times=True)
-    assert recording is not None
-    assert recording.timing is not None
-    assert (recording.timing.verdict, int(recording.frame_valid.sum())) == ("partial", 16)
-    late, _ = recorded([{"kind": "drop-edge", "picture": 0}, {"kind": "stall", "picture": 100}], edge_times=True)
-    assert late is not None
-    assert late.timing is not None
-    assert not late.frame_valid.any()
-    assert late.timing.slipped == ((0, 16, -1),)

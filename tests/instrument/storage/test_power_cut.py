@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.attack_power import power_cut
 from instrument.plan import Plan
 from instrument.storage import Keeper, RecordingWriter, open_recording, raw_counts, recover
 from instrument.storage.journal import Journal
@@ -47,12 +46,6 @@ def cut(tmp_path: Path) -> Path:
 def journal_of(path: Path) -> Path:
     (journal,) = path.parent.glob("run.h5.*.spill")
     return journal
-
-
-def test_whatever_pages_the_disk_has_kept_every_synced_count_is_recovered_and_no_other_number_is_read() -> None:
-    rows = power_cut(14, seed=3)
-    assert [row for row in rows if not row.good] == []
-    assert {row.kept >= 0 for row in rows} == {True, False}  # some images are refused, and some can be read as they are
 
 
 def test_the_journal_goes_when_the_recording_is_closed(tmp_path: Path) -> None:
