@@ -3,8 +3,8 @@
 A road that took more than ``MOST_GB`` of memory is not met either: the table shows the largest of this process and of those that
 it began, until then.
 
-``--short`` tries each road a few times. The generators stand in ``attack_faults``, ``attack_commands``, ``attack_disk`` and
-``attack_kill``; each gives rows with ``good``. Run it from the root of the repository.
+``--short`` tries each road a few times. The generators stand in ``attack_faults``, ``attack_commands``, ``attack_disk``,
+``attack_power`` and ``attack_kill``; each gives rows with ``good``. Run it from the root of the repository.
 """
 
 import argparse
@@ -76,6 +76,7 @@ def elsewhere(module: str, function: str) -> Attack:
 
 ROADS: Final[dict[str, tuple[Attack, int, int, int]]] = {
     "kill -9": (elsewhere("attack_kill", "killed"), 2, 50, 0),
+    "power cut": (elsewhere("attack_power", "power_cut"), 6, 240, 0),
     "disk full": (elsewhere("attack_disk", "disk_full"), 2, 20, 0),
     "signals": (signals, 3, 60, 0),
     "two writers": (two_writers, 1, 20, 0),

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from instrument.acquisition.alignment import AlignedBlock
+from instrument.acquisition.slip_watch import SlipWatch
 from instrument.recording import TimingReport
 from instrument.schemes import Scheme
 from protocols import CounterReport, Floats, Integers, Mask
@@ -24,7 +25,7 @@ _NOTES: Final = 50  # notes kept of a counter: a bad cable may give it one for e
 
 
 class TimingAudit:
-    """Adds up what blocks tell, in constant memory but for the frame mask and, where a scheme is given, the values."""
+    """Adds up what blocks tell, in constant memory but for the mask: one byte a frame."""
 
     def __init__(
         self,
@@ -45,18 +46,18 @@ class TimingAudit:
             scheme: by which the values themselves show where they slipped; None looks at the edges alone.
         """
         self._scheme = scheme
-        self._values = np.empty(patterns if scheme is not None else 0, np.float32)
-        self._looked: tuple[int, Slips | None] = (0, None)
+        self._watch = None if scheme is None else SlipWatch(scheme, patterns, patterns_per_frame)
         self._patterns = patterns
         self._per_frame = patterns_per_frame
         self._period_s = picture_time_s
         self._limit_hz = max_count_rate_hz
-        self._valid = np.zeros(patterns, bool)
+        self._whole = np.ones(-(-patterns // patterns_per_frame), bool)  # of each frame, all that came so far
         self._recorded = 0
         self._bins = 0
         self._beyond = 0
         self._light = 0.0
         self._doubts: list[str] = []
+        self._broke_off = False
         self._found: dict[str, list[int]] = {"gaps": [], "doubles": [], "irregular": []}
         self._disorder: set[str] = set()
         self._latest_edge_s = -np.inf
@@ -74,9 +75,7 @@ class TimingAudit:
         end = block.first_pattern + len(block.values)
         self._beyond += block.beyond
         self._light += float(np.nansum(block.values))
-        self._valid[block.first_pattern : end] = block.valid
-        if self._scheme is not None:
-            self._values[block.first_pattern : end] = block.values
+        self._mask(block.first_pattern + np.flatnonzero(~block.valid))
         self._recorded, self._bins = end, self._bins + bins
         self._photons = photon_counts
         for name, where in (("gaps", block.gaps), ("doubles", block.doubles), ("irregular", block.irregular)):
@@ -86,6 +85,8 @@ class TimingAudit:
             self._refuse_disorder(block.edge_time_s, block.gaps - block.first_pattern)
             self._mask_cut(block.first_pattern, block.edge_time_s)
             self._see_edges(block.edge_time_s)
+        if self._watch is not None:
+            self._watch.see(block.values, self._whole, photon_counts=photon_counts)
         if photon_counts and bool(np.any(block.valid)):
             lit = block.values[block.valid]
             self._brightest = max(self._brightest, float(lit.max()))
@@ -107,7 +108,10 @@ class TimingAudit:
         """Mask the patterns that ended early or late, as before a bounce so late that it passed for the next edge."""
         steps = np.diff(edge_time_s, prepend=self._last_edge_s) / self._period_s
         ended = first_pattern + np.flatnonzero(np.abs(steps - 1) > _WHOLE)  # NaN compares false: gaps drop out
-        self._valid[ended[ended > 0] - 1] = False
+        self._mask(ended[ended > 0] - 1)
+
+    def _mask(self, patterns: Integers) -> None:
+        self._whole[patterns // self._per_frame] = False
 
     def _see_edges(self, edge_time_s: Floats) -> None:
         steps = np.diff(edge_time_s, prepend=self._last_edge_s) - self._period_s
@@ -135,6 +139,24 @@ class TimingAudit:
         """Mask every frame: ``why`` says what may be wrong with any of them."""
         self._doubts.append(why)
 
+    def edges_stayed_away(self) -> None:
+        """Take note that the run ended because edges were missing: no count of edges tells then whether the first one came."""
+        self._broke_off = True
+
+    def _first_edge_is_doubtful(self, counter: CounterReport) -> bool:
+        """Whether the first edge may be lost as well, and too few frames were counted for their values to tell.
+
+        The first edge is the one that no step shows. Its witnesses are a whole count of edges, and the values themselves.
+        """
+        if self._scheme is None or self._scheme.image_rows is None or not self.timed:
+            return False
+        complete = self._recorded >= self._patterns
+        if not (self._broke_off or (complete and self._surplus(counter))):
+            return False
+        from instrument.measurement import FEWEST_FRAMES
+
+        return self._recorded // self._per_frame < FEWEST_FRAMES
+
     def frame_valid(self, counter: CounterReport) -> Mask:
         """``(frames,)``: whether each frame recorded so far is good; one that was begun and not ended is not.
 
@@ -152,20 +174,13 @@ class TimingAudit:
 
     def _by_edges(self, frames: int) -> Mask:
         """``(frames,)``: whether all patterns of a frame were counted alone and whole, as far as edges tell."""
-        return np.asarray(self._valid[: frames * self._per_frame].reshape(frames, self._per_frame).all(axis=1), bool)
+        valid = self._whole[:frames].copy()
+        valid[self._recorded // self._per_frame :] = False
+        return valid
 
     def _slips(self) -> "Slips | None":
         """What the values of the whole frames recorded so far say of their alignment; None without a scheme."""
-        frames = self._recorded // self._per_frame
-        if self._scheme is None or not frames:
-            return None
-        if self._looked[0] != frames:
-            from instrument.measurement import slips_of_counts  # compiled loops, which only the end of a run needs
-
-            values = self._values[: frames * self._per_frame].reshape(frames, self._per_frame).astype(np.float64)
-            found = slips_of_counts(values, self._by_edges(frames), self._scheme, photon_counts=self._photons)
-            self._looked = frames, found
-        return self._looked[1]
+        return None if self._watch is None else self._watch.slips(self._whole, photon_counts=self._photons)
 
     def report(self, counter: CounterReport) -> TimingReport:
         """Give the audit of what was seen so far. Asking changes nothing.
@@ -225,6 +240,10 @@ class TimingAudit:
             doubts.append("the counter's bins may have shifted against the edges")
         if self._recorded >= self._patterns and surplus and not self.timed:
             doubts.append(f"{surplus} surplus sync edges and no edge times to tell when they came")
+        if self._first_edge_is_doubtful(counter):
+            doubts.append(
+                "sync edges were lost or came after the run, and too few frames tell whether the first was lost"
+            )
         if self._photons and self._recorded and not self._light:
             doubts.append("not one photon in the whole run: look at the light, the head's supply and the photon cable")
         return doubts

@@ -153,6 +153,8 @@ def acquire(
         # A stall leaves the patterns before it sure. Where all were played, or no edge was timed, any may be the lost one.
         sure = not isinstance(error, TriggerMissed) or (audit.timed and _still_playing(devices.modulator))
         host.broke()
+        if isinstance(error, TriggerMissed):
+            audit.edges_stayed_away()
         if not sure:
             audit.distrust(f"{patterns - audit.recorded} sync edges are missing and nothing tells which")
     try:

@@ -11,10 +11,11 @@ from instrument.measurement.measurement import Measurement
 from instrument.measurement.profile import Profile
 from instrument.measurement.ripple import Ripple, ripples_seen
 from instrument.measurement.screening import Screened, screened, slips_of_counts, tell_slips, usable_frames
-from instrument.measurement.slips import Slips
+from instrument.measurement.slips import FEWEST_FRAMES, Segment, Slips
 from instrument.measurement.wiring import Wiring, wiring_of
 
 __all__ = [
+    "FEWEST_FRAMES",
     "IDEAL",
     "Detector",
     "Finding",
@@ -26,6 +27,7 @@ __all__ = [
     "Profile",
     "Ripple",
     "Screened",
+    "Segment",
     "Slips",
     "Source",
     "Wiring",

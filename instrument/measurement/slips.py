@@ -53,7 +53,8 @@ _PROPORTIONAL: Final = 30.0
 _FEW: Final = 8
 """Frames that may go with no neighbour, as a fault makes them. More are a flaw of the bench's light, or rough motion."""
 
-_FEWEST_FRAMES: Final = 6
+FEWEST_FRAMES: Final = 6
+"""Whole frames below which values cannot tell whether they slipped."""
 
 _FEWEST_COUNTS: Final = 10.0
 """Counts of a pair below which photons are too few to tell."""
@@ -104,7 +105,7 @@ def slips_of(light: Floats, variance: Floats, pair: tuple[int, int] | None) -> S
     """
     frames, per_frame = light.shape
     in_step = Slips((Segment(0, frames, 0),), np.full(len(light), True))
-    if pair is None or pair[1] != pair[0] + 1 or frames < _FEWEST_FRAMES or not np.isfinite(light).any():
+    if pair is None or pair[1] != pair[0] + 1 or frames < FEWEST_FRAMES or not np.isfinite(light).any():
         return in_step
     total = light[:, pair[0]] + light[:, pair[1]]
     known = total[np.isfinite(total)]

@@ -210,6 +210,9 @@ def _saved(job: Job, stored: int, path: Path, rescue: Rescue) -> str:
     before = f"those before {rescue.kept_until} had been written to {path}"
     if rescue.lost:
         return f"{counted}; {before}, and all others are lost: they could be written nowhere ({rescue.lost})"
+    if rescue.error.cut and rescue.journal is not None:
+        files = " and ".join(str(file) for file in (rescue.journal, rescue.spill) if file is not None)
+        return f"{counted}; they are in {files}; make the recording anew with `kinopix recover {path}`"
     if rescue.error.cut:
         after = "" if rescue.spill is None else f"; those from {rescue.kept_until} on are in {rescue.spill}"
         return f"{counted}; {before}, of which no more is left than the other program has left{after}"

@@ -2,15 +2,17 @@
 
 from instrument.storage.edit import refuse_unchangeable
 from instrument.storage.failure import StorageFailed
-from instrument.storage.hdf5 import hdf5_has_failed
+from instrument.storage.hdf5_failure import hdf5_has_failed
 from instrument.storage.in_use import refuse_while_written
 from instrument.storage.info import AnalysisInfo, RecordingInfo, RecordingState, recording_info
 from instrument.storage.json_text import json_text
-from instrument.storage.keeper import Keeper, Rescue, made_in_time
+from instrument.storage.keeper import Keeper
+from instrument.storage.made_in_time import made_in_time
 from instrument.storage.part import remains_of
 from instrument.storage.place import refuse_existing, refuse_full_disk
 from instrument.storage.reader import RawCounts, open_recording, raw_counts
 from instrument.storage.recover import Recovered, recover
+from instrument.storage.rescue import Rescue
 from instrument.storage.results import write_analysis
 from instrument.storage.writer import RecordingWriter
 

@@ -2,15 +2,16 @@
 
 import os
 import sys
-from collections.abc import Generator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Generator
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
 from instrument.storage import layout
-from instrument.storage.hdf5 import File, Group, open_to_read
+from instrument.storage.hdf5 import Group
+from instrument.storage.hdf5_file import File, open_to_read, opened_bytes
 from instrument.storage.in_use import refuse_while_written
 from instrument.storage.part import Part, remove_remains
 from instrument.storage.room import Room
@@ -21,7 +22,7 @@ _METADATA_BYTES: Final = 1 << 18
 """What HDF5 needs beside the numbers, by far."""
 
 
-def refuse_unchangeable(path: Path, into: Path | None = None) -> None:
+def refuse_unchangeable(path: Path, into: Path | None = None, *, content: bool = True) -> None:
     """Make sure that an analysis of ``path`` can be stored when it is done; to be asked before the work begins.
 
     What programs that died have left beside the recording is removed.
@@ -29,6 +30,7 @@ def refuse_unchangeable(path: Path, into: Path | None = None) -> None:
     Args:
         path: the recording.
         into: where a copy with the analysis goes; None for the recording itself.
+        content: whether what the recording holds will be copied.
 
     Raises:
         InputError: the recording is being written, or may not be written; it has another name (a hard link), which would keep
@@ -41,12 +43,12 @@ def refuse_unchangeable(path: Path, into: Path | None = None) -> None:
         _refuse_read_only(path, source)
     else:
         _refuse_taken(into)
-    if source.is_file():
+    if content and source.is_file():
         _refuse_foreign(path, source)
 
 
 @contextmanager
-def rewritten(path: Path, into: Path | None = None, *, more_bytes: int) -> Generator[Group]:
+def rewritten(path: Path, into: Path | None = None, *, more_bytes: int, instead: bytes = b"") -> Generator[Group]:
     """Give ``/entry`` of a copy of a recording, without its analysis, and put the copy in place at the end.
 
     It serves three needs: what is added is there whole or not at all, a file whose writer died is sound again, and the
@@ -58,6 +60,7 @@ def rewritten(path: Path, into: Path | None = None, *, more_bytes: int) -> Gener
         into: where the copy goes; None for the place of ``path``.
         more_bytes: numbers and texts that will be added. Room for them and the copy is taken before HDF5 writes, which
             cannot live with a write that fails.
+        instead: a recording that takes part in place of what ``path`` holds.
 
     Raises:
         InputError: the recording was changed by somebody else meanwhile, or the copy cannot be made: there is no room.
@@ -71,7 +74,7 @@ def rewritten(path: Path, into: Path | None = None, *, more_bytes: int) -> Gener
         raise _unstorable(f"{target.parent}, where no file can be made ({error})") from error
     try:
         with _with_room(path, part, before.st_size + more_bytes + _METADATA_BYTES) as new:
-            yield _copied(path, source, new)
+            yield _copied(path, lambda: opened_bytes(instead) if instead else open_to_read(source), new)
         _give_what_goes_along(source, before, part.path)
         with part.path.open("rb+") as written:
             os.fsync(written.fileno())
@@ -115,9 +118,10 @@ def _with_room(path: Path, part: Part, needed: int) -> Generator[File]:
         raise
 
 
-def _copied(path: Path, source: Path, new: File) -> Group:
+def _copied(path: Path, opened: Callable[[], AbstractContextManager[File]], new: File) -> Group:
     try:
-        with open_to_read(source) as old:
+        with opened() as old:
+            old.refuse_foreign()  # a journal may have been made by anybody
             old.copy_to(new, without="entry")
             entry = new.group("entry", "NXentry")
             old.at("entry").copy_to(entry, without="analysis")

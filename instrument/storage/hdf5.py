@@ -1,24 +1,20 @@
 """A thin typed face of h5py, which has no types: only what a recording needs."""
 
-import errno
 import math
-import os
-from collections.abc import Generator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Final, Literal, Self, TypeAlias, cast
+from typing import Any, Final, TypeAlias, cast
 
 import h5py  # pyright: ignore[reportMissingTypeStubs]
 import numpy as np
 from numpy.typing import NDArray
 
+from instrument.storage.hdf5_failure import writing
 from instrument.storage.soundness import (
     WrongItem,
     described,
     end_of_chunks,
     reading,
-    refuse_cut_off,
     refuse_elsewhere,
     refuse_foreign,
     refuse_hollow,
@@ -31,17 +27,6 @@ Value: TypeAlias = str | bool | float | list[str] | NDArray[Any] | np.generic
 
 _MOST_TEXT_BYTES: Final = 1 << 24
 """Longest text that is read: the bench and the timing audit have some ten thousand bytes."""
-
-_FORMAT = ("v110", "v110")
-"""File format of HDF5 1.10 (2016), the oldest that can be read while it is written (SWMR)."""
-
-
-_LEFT_OPEN: Final = list[Any]()
-"""Objects of files that failed, which are never closed."""
-
-
-class InUse(OSError):
-    """Another program has the file open for writing, and lets nobody read."""
 
 
 class Group:
@@ -107,13 +92,13 @@ class Group:
             content, room = value.encode(), int(dataset.dtype.itemsize)
             if len(content) > room:
                 raise ValueError(f"{len(content)} bytes for {name}, which has room for {room}")
-        with _writing(dataset):
+        with writing(dataset):
             dataset[...] = content
             dataset.flush()
 
     def set_attribute(self, name: str, value: Value) -> None:
         """Overwrite an attribute of this group with a value of the same shape and type."""
-        with _writing(self._handle):
+        with writing(self._handle):
             self._handle.attrs.modify(name, _stored(value))
             self._handle.file.flush()
 
@@ -192,7 +177,7 @@ class Group:
         """A dataset of numbers that the file holds to its end, and that is no larger than what it holds."""
         dataset = self._numbers(name)
         with reading(dataset.name):
-            size, end = Path(dataset.file.filename).stat().st_size, end_of_chunks(dataset)
+            size, end = _bytes_of(dataset.file), end_of_chunks(dataset)
             if end > size:
                 raise OSError(f"truncated: {name} goes on to byte {end}, the file ends at {size}")
             refuse_hollow(dataset, size)
@@ -265,7 +250,7 @@ class Growing:
 
     def write(self, first: int, rows: NDArray[Any]) -> None:
         """Write ``rows`` from row ``first`` on, growing as needed, and hand them to the operating system."""
-        with _writing(self._handle):
+        with writing(self._handle):
             self._handle.resize(max(len(self._handle), first + len(rows)), axis=0)
             self._handle[first : first + len(rows)] = rows
             self._handle.flush()
@@ -289,99 +274,11 @@ class Growing:
         return int(self._handle.shape[0])
 
 
-class File(Group):
-    """An open HDF5 file; a context manager that closes it."""
-
-    def __init__(self, path: Path, mode: Literal["r", "w", "r+", "swmr"], *, locks: bool = True) -> None:
-        """Open or create the file.
-
-        Args:
-            path: where it is.
-            mode: ``r`` reads, ``w`` creates and empties, ``r+`` goes on with it, ``swmr`` reads a file that a writer has open, or
-                had open when it died.
-            locks: whether HDF5 locks the file; not where the caller holds the lock already.
-        """
-        keys = {"libver": _FORMAT} if mode in {"w", "r+"} else {"swmr": mode == "swmr"}
-        # Network drives often have no locks: that must not keep anybody from recording.
-        locking = "best-effort" if locks else False
-        super().__init__(_h5py.File(path, "r" if mode == "swmr" else mode, locking=locking, **keys))
-        self._descriptor = int(self._handle.id.get_vfd_handle())  # asked now: later HDF5 may be in a call that hangs
-
-    def let_others_read(self) -> None:
-        """From now on others may read while this file is written, and it stays readable at whatever moment the writer dies.
-
-        No group, dataset or attribute can be added after this; datasets can grow.
-        """
-        self._handle.swmr_mode = True
-
-    @property
-    def is_open(self) -> bool:
-        """Whether it is open."""
-        return bool(self._handle)
-
-    def detach(self) -> None:
-        """Part from a file that can no longer be written, and leave it as it is.
-
-        HDF5 crashes when it closes a file after a write that failed, and looks without end for metadata that somebody has cut
-        off. So its descriptor is turned to the null device, which takes everything: nothing that HDF5 does afterwards, also at
-        the end of the process, reaches the file or can fail. No lock of HDF5 is needed, so a call that hangs is no obstacle.
-        """
-        if self._descriptor < 0:
-            return
-        _detach(self._descriptor)
-
-    def leave_open(self) -> None:
-        """Never close this file: HDF5 failed with it, and may crash."""
-        _LEFT_OPEN.append(self._handle)
-
-    def close(self) -> None:
-        """Close the file; allowed twice."""
-        self._handle.close()
-        self._descriptor = -1
-
-    def __enter__(self) -> Self:
-        """Give the open file."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close it."""
-        self.close()
-
-
-def hdf5_has_failed() -> bool:
-    """Whether HDF5 failed with a file of this process, or does not come back from it: it may crash when the process ends."""
-    return bool(_LEFT_OPEN)
-
-
-def note_that_hdf5_hangs(call: object) -> None:
-    """Take note that HDF5 does not come back from a call on another thread."""
-    _LEFT_OPEN.append(call)
-
-
-@contextmanager
-def _writing(handle: Any) -> Generator[None]:
-    """Detach the file at once where a write fails: closing any object of it, which Python does by itself, may crash HDF5."""
-    try:
-        yield
-    except (OSError, RuntimeError):
-        _LEFT_OPEN.append(handle)
-        _detach(int(handle.file.id.get_vfd_handle()))
-        raise
-
-
-def _detach(descriptor: int) -> None:
-    nothing = os.open(os.devnull, os.O_RDWR)
-    try:
-        os.dup2(nothing, descriptor)
-    finally:
-        os.close(nothing)
-
-
-def is_hdf5(path: Path) -> bool:
-    """Whether the file begins as an HDF5 file does."""
-    return bool(_h5py.is_hdf5(path))
+def _bytes_of(file: Any) -> int:
+    """Length of an open file on the disk, whatever HDF5 believes of one that was cut off."""
+    if file.driver == "fileobj":
+        return int(file.id.get_filesize())
+    return Path(file.filename).stat().st_size
 
 
 def _set_attributes(handle: Any, attributes: Mapping[str, Value]) -> None:
@@ -398,33 +295,3 @@ def _stored(value: Value) -> Any:
     if isinstance(value, bool) or (isinstance(value, np.ndarray) and value.dtype == np.bool_):
         return np.asarray(value, dtype=np.uint8)
     return value
-
-
-@contextmanager
-def open_to_read(path: Path) -> Generator[File]:
-    """Open a file whole, or as its writer left it when it died, or as it is while it is being written.
-
-    Raises:
-        InUse: another program has it open for writing, and lets nobody read.
-        OSError: it is damaged.
-    """
-    try:
-        file = File(path, "r")
-    except OSError as error:
-        if "already open for" not in str(error) and error.errno not in {errno.EAGAIN, errno.EACCES}:
-            raise
-        refuse_cut_off(path)
-        file = _open_while_written(path)
-    with file:
-        yield file
-
-
-def _open_while_written(path: Path) -> File:
-    try:
-        return File(path, "swmr")
-    except OSError as error:
-        if error.errno in {errno.EAGAIN, errno.EACCES}:
-            raise InUse(str(error)) from error
-        if "not already open for SWMR" in str(error):
-            raise OSError("a program died while it changed the file, and did not close it") from error
-        raise

@@ -3,7 +3,8 @@
 from pathlib import Path
 
 from instrument.storage import layout
-from instrument.storage.hdf5 import Group, InUse, open_to_read
+from instrument.storage.hdf5 import Group
+from instrument.storage.hdf5_file import InUse, open_to_read
 from instrument.storage.part import is_locked, parts_of
 from instrument.storage.soundness import HDF5_ERRORS
 from protocols import InputError

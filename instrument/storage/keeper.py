@@ -1,7 +1,8 @@
 """Between a run and the disk: blocks are written and made durable on threads of their own, so that a slow disk delays nobody.
 
-The run hands over each block and goes on. One thread writes the blocks into the recording, another one makes the file survive a
-power cut (``fsync``) every half second. A block is held in memory until both have been done. If the disk refuses, or does not
+The run hands over each block and goes on. One thread writes the blocks, first into a journal and then into the recording
+(``journal`` says why), another one makes both survive a power cut (``fsync``) every half second. A block is held in memory until
+all has been done. If the disk refuses, or does not
 answer for ``PATIENCE_S``, the run is told, and ends; HDF5 is not called again then, and every block still held, which is all
 that may not be on the disk, goes to a spill file.
 """
@@ -12,7 +13,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from threading import Condition, Thread
 from typing import Final
 
@@ -20,22 +20,24 @@ import numpy as np
 
 from instrument.storage import layout
 from instrument.storage.failure import StorageFailed, failed, no_answer
-from instrument.storage.hdf5 import note_that_hdf5_hangs
-from instrument.storage.spill import Record, places_for, write_spill
+from instrument.storage.journal import Journal
+from instrument.storage.made_in_time import PATIENCE_S
+from instrument.storage.rescue import Rescue, spilled
+from instrument.storage.spill import Record
 from instrument.storage.writer import RecordingWriter
 from protocols import CountBlock, Floats, Mask, Truth
 
 SYNC_S: Final = 0.5
 """Time from one ``fsync`` to the next: a power cut loses no more than that, and what one ``fsync`` takes."""
 
-PATIENCE_S: Final = 2.5
-"""So long the disk may take for one block, or for one ``fsync``, before the run ends."""
-
 MOST_BYTES: Final = 64 << 20
 """Counts that may be held in memory: three minutes at 20 kHz. A run on virtual time waits for the disk there."""
 
-_SPILL_S: Final = 0.5
-"""So long a place may take to be spilled to, before the next one is tried."""
+_BEHIND: Final = 2
+"""Pieces that may wait to be written when a block has been handed over: those of that block."""
+
+_KEEP_UP: Final = 0.8
+"""Time that a block may wait for the one before to be written, over the time that it took to be counted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,52 +53,6 @@ class _Piece:
         return 8 * sum(len(record.numbers) for record in self.records)
 
 
-@dataclass(frozen=True)
-class Rescue:
-    """What became of a recording that the disk did not take."""
-
-    error: StorageFailed
-    """Why."""
-
-    kept_until: int
-    """Patterns that were on the disk, in the recording."""
-
-    spill: Path | None
-    """File with what came after them; None where there was nothing more, or where it could be written nowhere."""
-
-    doubt: str = ""
-    """Why that file may not survive a power cut; empty where it does."""
-
-    lost: str = ""
-    """Why what came after could be written nowhere; empty where it was, or had not to be."""
-
-
-def made_in_time(path: Path, make: Callable[[], RecordingWriter], patience_s: float = PATIENCE_S) -> RecordingWriter:
-    """Make a writer on a thread of its own, as the disk may hang there too.
-
-    Raises:
-        StorageFailed: the disk does not answer.
-        InputError: as ``RecordingWriter``.
-    """
-    made: list[RecordingWriter | BaseException] = []
-
-    def work() -> None:
-        try:
-            made.append(make())
-        except BaseException as error:  # noqa: BLE001 - it is raised below
-            made.append(error)
-
-    thread = Thread(target=work, name="kinopix-maker", daemon=True)
-    thread.start()
-    thread.join(patience_s)
-    if not made:
-        note_that_hdf5_hangs(thread)
-        raise no_answer(path, patience_s)
-    if isinstance(made[0], BaseException):
-        raise made[0]
-    return made[0]
-
-
 class Keeper:
     """Keeps what a run counts. The run's thread calls it; only ``finish`` and ``discard`` wait for the disk."""
 
@@ -106,6 +62,7 @@ class Keeper:
         *,
         patience_s: float = PATIENCE_S,
         most_bytes: int = MOST_BYTES,
+        sync_s: float = SYNC_S,
     ) -> None:
         """Start both threads.
 
@@ -113,11 +70,14 @@ class Keeper:
             writer: open, and from now on called by the threads alone.
             patience_s: so long the disk may take for one call.
             most_bytes: numbers that may be held in memory.
+            sync_s: time from one ``fsync`` to the next.
         """
         self.writer = writer
         """Where to. To be looked at, not to be called."""
         self._patience_s = patience_s
         self._most_bytes = most_bytes
+        self._sync_s = sync_s
+        self._journal: Journal | None = None  # from the first block on
         self._raw = self._patterns = 0
         self._waiting: deque[_Piece] = deque()  # not written, or being written
         self._unsynced: deque[_Piece] = deque()  # written, not durable
@@ -166,6 +126,18 @@ class Keeper:
         )
         self._patterns += len(values)
         self._put(_Piece(lambda writer: writer.append(records[1].numbers, records[0].numbers), records))
+        self._keep_up(_KEEP_UP * len(values) * self.writer.picture_time_s)
+
+    def wait_until_written(self) -> None:
+        """Wait until all that was handed over is with the system.
+
+        Raises:
+            StorageFailed: the disk does not take it.
+        """
+        with self._changed:
+            while self._waiting:
+                self._raise()
+                self._changed.wait(self._patience_s / 10)
 
     def check(self) -> None:
         """Find out whether the disk takes what it is given.
@@ -199,11 +171,17 @@ class Keeper:
         with suppress(StorageFailed):
             self._put(_Piece(write, records))
         self._end()
-        return None if self._error is None else self._rescued(self._error)
+        if self._error is not None:
+            return self._rescued(self._error)
+        if self._journal is not None:
+            self._journal.remove()
+        return None
 
     def discard(self) -> None:
         """Remove the recording: nothing was measured."""
         self._end()
+        if self._journal is not None:
+            self._journal.remove()
         if self._error is None:
             self.writer.discard()
         else:
@@ -218,6 +196,15 @@ class Keeper:
             while self._held_bytes > self._most_bytes:
                 self._changed.wait(self._patience_s / 10)
                 self._raise()
+
+    def _keep_up(self, most_s: float) -> None:
+        """Let the writing keep up with a run that hands over faster than it counts, as one that has been held up does.
+
+        Otherwise a program that is killed then loses all that it caught up with. It takes less time than the block took to be
+        counted, so that no counter's buffer fills up by it.
+        """
+        with self._changed:
+            self._changed.wait_for(lambda: len(self._waiting) <= _BEHIND or self._error is not None, most_s)
 
     def _raise(self) -> None:
         """Raise what failed, or a call of the disk that goes on for too long."""
@@ -246,24 +233,40 @@ class Keeper:
                     return
                 piece = self._waiting[0]
                 self._begun["write"] = time.monotonic()
-            if not self._done("write", partial(piece.write, self.writer)):
+            if not self._done("write", partial(self._write_piece, piece)):
                 return
             with self._changed:
                 self._unsynced.append(self._waiting.popleft())
                 del self._begun["write"]
                 self._changed.notify_all()
 
+    def _write_piece(self, piece: _Piece) -> None:
+        """Write into the journal, then into the recording; the first time the other way round, as it takes its place then."""
+        if self._journal is not None:
+            self._journal.add(piece.records)
+            piece.write(self.writer)
+            return
+        empty = self.writer.content()
+        piece.write(self.writer)
+        if self.writer.is_open:
+            self._journal = Journal(self.writer.path, self.writer.run, empty, piece.records)
+
+    def _sync_all(self) -> None:
+        if self._journal is not None:
+            self._journal.sync(self.writer.sync_by)
+        self.writer.sync()
+
     def _make_durable(self) -> None:
         while True:
             with self._changed:
-                self._changed.wait_for(self._sync_is_due, SYNC_S)
+                self._changed.wait_for(self._sync_is_due, self._sync_s)
                 if self._error is not None or self._ending:
                     return
                 count = len(self._unsynced)
                 if not count:
                     continue
                 self._begun["sync"] = time.monotonic()
-            if not self._done("sync", self.writer.sync):
+            if not self._done("sync", self._sync_all):
                 return
             with self._changed:
                 for _ in range(count):
@@ -289,8 +292,11 @@ class Keeper:
 
     def _rescued(self, error: StorageFailed) -> Rescue:
         """Leave the recording as it is, and save what may not be in it."""
-        lost = ""
+        lost, journal = "", None
         error.hangs = error.hangs or "write" in self._begun
+        if self._journal is not None:
+            journal = self._journal.path
+            self._journal.close()
         try:
             self.writer.abandon(hangs="write" in self._begun)
         except OSError as left:
@@ -299,45 +305,5 @@ class Keeper:
             records = [record for piece in (*self._unsynced, *self._waiting) for record in piece.records]
         kept = min((record.first for record in records if record.what == layout.VALUES), default=self._patterns)
         if not records:
-            return Rescue(error, kept, None, lost=lost)
-        return self._spilled(Rescue(error, kept, None), records)
-
-    def _spilled(self, rescue: Rescue, records: list[Record]) -> Rescue:
-        """Spill to the first place that takes it for good, or else to the first one that takes it at all."""
-        refused: list[str] = []
-        doubtful: list[tuple[Path, str]] = []
-        for place in places_for(self.writer.path):
-            written, why = self._try(place, records)
-            if not why:
-                for other, _ in doubtful:
-                    other.unlink(missing_ok=True)
-                return replace(rescue, spill=place)
-            if written:
-                doubtful.append((place, why))
-            refused.append(f"{place.parent}: {why}")
-        for other, _ in doubtful[1:]:
-            other.unlink(missing_ok=True)
-        if doubtful:
-            place, why = doubtful[0]
-            return replace(rescue, spill=place, doubt=why)
-        return replace(rescue, lost="; ".join(refused))
-
-    def _try(self, place: Path, records: list[Record]) -> tuple[bool, str]:
-        """Spill to a place within ``_SPILL_S``; give whether the file is whole, and why it may not last."""
-        written: list[bool] = []
-        said: list[str] = []
-
-        def spill() -> None:
-            try:
-                write_spill(place, self.writer.run, records)
-                written.append(True)
-                self.writer.sync_other(place)
-            except OSError as error:
-                said.append(str(error))
-            else:
-                said.append("")
-
-        thread = Thread(target=spill, name="kinopix-spill", daemon=True)
-        thread.start()
-        thread.join(_SPILL_S)
-        return bool(written), said[0] if said else f"no answer for {_SPILL_S:g} s"
+            return Rescue(error, kept, None, journal, lost=lost)
+        return spilled(Rescue(error, kept, None, journal), self.writer, records)

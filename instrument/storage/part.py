@@ -63,7 +63,7 @@ class Part:
         else:
             _rename_to_new(self.path, self.target)
         self.path = self.target
-        _sync_folder(self.target.parent)
+        sync_folder(self.target.parent)
 
     def put_beside(self) -> Path:
         """Rename it to a new name beside its target, and give that name."""
@@ -215,7 +215,7 @@ def _rename_to_new(path: Path, target: Path) -> None:
         path.unlink()
 
 
-def _sync_folder(folder: Path) -> None:
+def sync_folder(folder: Path) -> None:
     """Make sure that the new name survives a power cut, where the system can."""
     if sys.platform == "win32":
         return

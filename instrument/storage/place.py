@@ -3,7 +3,7 @@
 import shutil
 from pathlib import Path
 
-from instrument.storage.hdf5 import is_hdf5
+from instrument.storage.hdf5_file import is_hdf5
 from instrument.storage.in_use import refuse_while_written
 from instrument.storage.part import is_locked
 from instrument.storage.room import longest_file

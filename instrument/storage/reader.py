@@ -15,10 +15,13 @@ from instrument.plan import Plan
 from instrument.recording import Recording, TimingReport
 from instrument.storage import layout
 from instrument.storage.checksum import changed_frames
-from instrument.storage.hdf5 import Group, InUse, is_hdf5, open_to_read
-from instrument.storage.in_use import in_use
+from instrument.storage.hdf5 import Group
+from instrument.storage.hdf5_file import InUse, is_hdf5, open_to_read
+from instrument.storage.in_use import has_ended, in_use
 from instrument.storage.layout import unusable
+from instrument.storage.part import is_locked
 from instrument.storage.soundness import HDF5_ERRORS
+from instrument.storage.spill import run_of, spills_of
 from protocols import Floats, InputError, Mask, Truth
 from protocols.plain_file import path_of
 
@@ -77,10 +80,12 @@ def opened_recording(path: Path) -> Generator[Group]:
         what = "a folder" if path.is_dir() else "no ordinary file" if path.exists() else "no such file"
         raise unusable(path, what, "give the path of a recording (.h5)")
     if path.stat().st_size == 0:
-        raise unusable(path, "an empty file", "give the path of a recording (.h5)")
+        raise unusable(path, "an empty file", _remedy(path, "give the path of a recording (.h5)"))
     try:
         if not is_hdf5(path):
-            raise unusable(path, "something else than an HDF5 file", "give the path of a recording (.h5)")
+            raise unusable(
+                path, "something else than an HDF5 file", _remedy(path, "give the path of a recording (.h5)")
+            )
         with open_to_read(path) as file:
             yield _entry(path, file)
     except InputError:
@@ -90,8 +95,14 @@ def opened_recording(path: Path) -> Generator[Group]:
     except HDF5_ERRORS as error:
         what = "a truncated file" if "truncated" in str(error) else "a damaged file"
         raise unusable(
-            path, f"{what} ({error})", "take the file from a backup or copy it again, or repeat the run"
+            path, f"{what} ({error})", _remedy(path, "take the file from a backup or copy it again, or repeat the run")
         ) from error
+
+
+def _remedy(path: Path, otherwise: str) -> str:
+    """What to do with a file that cannot be read: there may be a journal of it."""
+    recover = f"`kinopix recover {path}` makes it anew from the journal beside it"
+    return recover if any(spill.empty_recording for spill in spills_of(path.resolve(), None)) else otherwise
 
 
 def _entry(path: Path, file: Group) -> Group:
@@ -116,6 +127,7 @@ def _recording(path: Path, entry: Group) -> Recording:
     refuse_narrow_values(path, values.shape, plan)
     edge_time_s = _edge_time_s(path, entry, values)
     _refuse_changed(path, entry, values, edge_time_s)
+    _refuse_torn(path, entry, values, edge_time_s)
     return Recording(
         plan=plan,
         values=values,
@@ -239,6 +251,38 @@ def _refuse_changed(path: Path, entry: Group, values: Floats, edge_time_s: Float
                 f"{what} of {changed} that were changed after the run",
                 "take the file from a backup; to use the numbers as they are, remove /entry/checksum from the file",
             )
+
+
+def _refuse_torn(path: Path, entry: Group, values: Floats, edge_time_s: Floats) -> None:
+    """Hold a recording that was left open against its journal: after a power cut, zeros may stand for what was not synced.
+
+    Raises:
+        InputError: it does not agree, or holds more than its journal, which is written first.
+    """
+    if has_ended(entry) or is_locked(path) is not False:
+        return
+    run = run_of(entry.text(layout.START_TIME), entry.attribute_of(layout.PROGRAM_NAME, "process_id"))
+    numbers = {layout.VALUES: values.ravel(), layout.EDGE_TIME_S: edge_time_s.ravel()}
+    written = np.isfinite(values.ravel())  # a program may be killed in the middle of writing what its journal has
+    for journal in (spill for spill in spills_of(path.resolve(), run) if spill.empty_recording):
+        end = 0
+        for record in journal.records:
+            if record.what in numbers:
+                there = numbers[record.what][record.first : record.first + len(record.numbers)]
+                which = written[record.first : record.first + len(there)]
+                if not np.array_equal(there[which], record.numbers[: len(there)][which], equal_nan=True):
+                    raise _torn(path)
+            if record.what == layout.VALUES:
+                end = record.first + len(record.numbers)
+        if np.isfinite(values.ravel()[end:]).any():
+            raise _torn(path)
+
+
+def _torn(path: Path) -> InputError:
+    """Make the error for a recording that only its journal can tell."""
+    return unusable(
+        path, "a recording that a power cut has left half written", f"`kinopix recover {path}` makes it anew"
+    )
 
 
 def _at_least(path: Path, entry: Group, name: str, expected: str, least: float = 0.0) -> float:

@@ -10,10 +10,10 @@ from instrument.storage import layout
 from instrument.storage.checksum import Checksums
 from instrument.storage.edit import refuse_unchangeable, rewritten
 from instrument.storage.hdf5 import Group
-from instrument.storage.in_use import has_ended
+from instrument.storage.in_use import has_ended, refuse_while_written
 from instrument.storage.provenance import now
 from instrument.storage.reader import opened_recording, plan_of
-from instrument.storage.spill import Record, Spill, read_spill, run_of, spills_of
+from instrument.storage.spill import EMPTY_RECORDING, Record, Spill, read_spill, run_of, spills_of
 from protocols import Floats, InputError
 
 _RAW = (layout.RAW_EDGE_TIME_S, layout.RAW_COUNTS)
@@ -61,34 +61,64 @@ def recover(path: str | Path, *, spill: str | Path | None = None, into: str | Pa
             run, or counts between both are missing; or there is no room for the copy.
     """
     path, into = Path(path), None if into is None else Path(into)
-    with opened_recording(path) as entry:
-        closed = has_ended(entry)
-        run = run_of(entry.text(layout.START_TIME), entry.attribute_of(layout.PROGRAM_NAME, "process_id"))
-        patterns, complete = plan_of(path, entry).patterns, bool(int(entry.attribute("complete")))
-    spills = spills_of(path.resolve(), run) if spill is None else [_of_run(Path(spill), run, path)]
-    if closed and not spills:
+    refuse_while_written(path)
+    state, spills = _found(path, None if spill is None else Path(spill))
+    journals = [each for each in spills if each.empty_recording]
+    if state.closed and len(spills) == len(journals):
+        for each in journals:  # the program was killed before it could
+            each.path.unlink(missing_ok=True)
         return None
-    refuse_unchangeable(path, into)
-    records = [record for each in spills for record in each.records]
-    with rewritten(path, into, more_bytes=sum(record.numbers.nbytes + len(record.text) for record in records)) as entry:
-        before = _measured(entry.rows(layout.VALUES).read())
+    empty = journals[0].empty_recording if journals else b""
+    refuse_unchangeable(path, into, content=not empty)
+    records = [record for each in spills for record in each.records if record.what != EMPTY_RECORDING]
+    more_bytes = len(empty) + sum(record.numbers.nbytes + len(record.text) for record in records)
+    with rewritten(path, into, more_bytes=more_bytes, instead=empty) as entry:
+        before = state.patterns
+        planned, complete = plan_of(path, entry).patterns, bool(int(entry.attribute("complete")))
         for names in (_RAW, _PLACED):
             _join(path, entry, names, records)
         values = entry.rows(layout.VALUES).read()
         after = _measured(values)
         texts = {record.what: record.text for record in records if record.text}
-        if not closed or texts:
-            _close(entry, records, values, texts, whole=complete or after >= patterns)
+        if not state.closed or texts:
+            _close(entry, records, values, texts, whole=complete or after >= planned)
     if into is None:
         for each in spills:
             each.path.unlink(missing_ok=True)
     return Recovered(
         path=path if into is None else into,
         patterns=after,
-        joined=after - before,
+        joined=max(0, after - before),
         spills=tuple(each.path for each in spills),
         lost_bytes=sum(each.lost_bytes for each in spills),
     )
+
+
+@dataclass(frozen=True)
+class _State:
+    """What a recording is before it is recovered."""
+
+    closed: bool
+    patterns: int
+
+
+def _found(path: Path, spill: Path | None) -> tuple[_State, list[Spill]]:
+    """What the recording is, and its spill files. One that cannot be read needs a journal.
+
+    Raises:
+        InputError: it cannot be read, and there is none.
+    """
+    try:
+        with opened_recording(path) as entry:
+            run = run_of(entry.text(layout.START_TIME), entry.attribute_of(layout.PROGRAM_NAME, "process_id"))
+            state = _State(has_ended(entry), _measured(entry.array(layout.VALUES)))
+            plan_of(path, entry)
+    except InputError:
+        spills = spills_of(path.resolve(), None) if spill is None else [read_spill(spill)]
+        if path.is_file() and any(each.empty_recording for each in spills):
+            return _State(closed=False, patterns=0), spills
+        raise
+    return state, spills_of(path.resolve(), run) if spill is None else [_of_run(spill, run, path)]
 
 
 def _of_run(path: Path, run: str, recording: Path) -> Spill:
@@ -122,21 +152,21 @@ def _join(path: Path, entry: Group, names: Sequence[str], records: Sequence[Reco
 
 def _with(path: Path, name: str, numbers: Floats, records: Sequence[Record]) -> Floats:
     """The numbers of a dataset, with those of the records over and behind them."""
-    for record in records:
-        if record.what != name:
-            continue
-        if record.first > len(numbers):
+    mine = [record for record in records if record.what == name]
+    end = len(numbers)
+    for record in mine:
+        if record.first > end:
             raise InputError(
-                saw=f"{path}, which holds {len(numbers)} numbers of {name}, and spilled ones from {record.first} on",
+                saw=f"{path}, which holds {end} numbers of {name}, and spilled ones from {record.first} on",
                 expected="a recording that goes on until its spilled counts begin",
                 remedy="take the recording from a backup; another program has cut it, or it is of another run",
             )
-        end = max(len(numbers), record.first + len(record.numbers))
-        longer = np.full(end, np.nan)
-        longer[: len(numbers)] = numbers
+        end = max(end, record.first + len(record.numbers))
+    longer = np.full(end, np.nan)
+    longer[: len(numbers)] = numbers
+    for record in mine:
         longer[record.first : record.first + len(record.numbers)] = record.numbers
-        numbers = longer
-    return numbers
+    return longer
 
 
 def _close(entry: Group, records: Sequence[Record], values: Floats, texts: dict[str, str], *, whole: bool) -> None:

@@ -25,8 +25,12 @@ from protocols import Floats, InputError
 FORMAT: Final = "kinopix-spill"
 """Value of ``format`` in the first line."""
 
+EMPTY_RECORDING: Final = "empty recording"
+"""What the first record of a journal holds: the bytes of the recording before its first block, padded to whole float64."""
+
 _LONGEST_LINE: Final = 1 << 20
-_FLAGS: Final = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+FLAGS: Final = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+"""How a spill file is made: no link is followed, and nothing that is there is written over."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,14 +66,38 @@ class Spill:
     lost_bytes: int
     """Bytes at the end that are no whole record."""
 
+    @property
+    def empty_recording(self) -> bytes:
+        """Of a journal, the recording before its first block; nothing of other spill files."""
+        first = self.records[0] if self.records else None
+        return first.numbers.astype("<f8").tobytes() if first is not None and first.what == EMPTY_RECORDING else b""
+
 
 def places_for(recording: Path) -> list[Path]:
     """Give the files that counts may be spilled to, the best first: beside the recording, and in the temporary folder."""
-    name = f"{recording.name}.{secrets.token_hex(4)}.spill"
-    places = [recording.with_name(name)]
+    places = [beside(recording)]
     with suppress(OSError):  # there may be no folder that can be written
-        places.append(Path(tempfile.gettempdir()) / name)
+        places.append(Path(tempfile.gettempdir()) / places[0].name)
     return places
+
+
+def beside(recording: Path) -> Path:
+    """Give a new name for a spill file beside a recording."""
+    return recording.with_name(f"{recording.name}.{secrets.token_hex(4)}.spill")
+
+
+def head_of(run: str) -> bytes:
+    """Give the first line of a spill file."""
+    return _line({"format": FORMAT, "version": 1, "run": run})
+
+
+def stored_record(record: Record) -> bytes:
+    """Give a record as it is stored."""
+    raw = record.numbers.astype("<f8").tobytes()
+    head: dict[str, object] = {"what": record.what, "first": record.first, "count": len(record.numbers)}
+    if record.text:
+        head["text"] = record.text
+    return _line({**head, "crc32": zlib.crc32(raw or record.text.encode())}) + raw
 
 
 def write_spill(path: Path, run: str, records: Iterable[Record]) -> None:
@@ -78,17 +106,12 @@ def write_spill(path: Path, run: str, records: Iterable[Record]) -> None:
     Raises:
         OSError: it cannot be written.
     """
-    file = os.open(path, _FLAGS, 0o600)
+    file = os.open(path, FLAGS, 0o600)
     try:
         with os.fdopen(file, "wb") as out:
-            out.write(_line({"format": FORMAT, "version": 1, "run": run}))
+            out.write(head_of(run))
             for record in records:
-                raw = record.numbers.astype("<f8").tobytes()
-                head: dict[str, object] = {"what": record.what, "first": record.first, "count": len(record.numbers)}
-                if record.text:
-                    head["text"] = record.text
-                out.write(_line({**head, "crc32": zlib.crc32(raw or record.text.encode())}))
-                out.write(raw)
+                out.write(stored_record(record))
     except OSError:
         path.unlink(missing_ok=True)
         raise
@@ -123,8 +146,21 @@ def read_spill(path: Path) -> Spill:
         ) from error
 
 
-def spills_of(recording: Path, run: str) -> list[Spill]:
-    """Read the spill files that belong to a recording, beside it and in the temporary folder."""
+def spills_of(recording: Path, run: str | None) -> list[Spill]:
+    """Read the spill files that belong to a recording, beside it and in the temporary folder.
+
+    Args:
+        recording: where it is.
+        run: which run it is, as ``run_of`` names it; None where the recording cannot be read: then that of the newest journal.
+    """
+    found = _named_as(recording)
+    if run is None:
+        journals = [spill for spill in found if spill.empty_recording]
+        run = max(journals, key=lambda spill: spill.path.stat().st_mtime_ns).run if journals else ""
+    return [spill for spill in found if spill.run == run]
+
+
+def _named_as(recording: Path) -> list[Spill]:
     found: list[Spill] = []
     for folder in dict.fromkeys((recording.parent, *(place.parent for place in places_for(recording)))):
         with suppress(OSError):
@@ -132,9 +168,7 @@ def spills_of(recording: Path, run: str) -> list[Spill]:
                 named = path.name.startswith(f"{recording.name}.") and path.name.endswith(".spill")
                 if named and path.is_file() and not path.is_symlink() and _is_ours(path):
                     with suppress(InputError):
-                        spill = read_spill(path)
-                        if spill.run == run:
-                            found.append(spill)
+                        found.append(read_spill(path))
     return found
 
 

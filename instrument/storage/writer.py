@@ -24,25 +24,19 @@ from typing import Final, Self
 import numpy as np
 
 from instrument.plan import Plan
-from instrument.roles import ROLES, RoleName
+from instrument.roles import RoleName
 from instrument.storage import layout, part
-from instrument.storage.checksum import FRAMES_A_BLOCK, Checksums
+from instrument.storage.empty_recording import empty_recording, fitting_reason
 from instrument.storage.failure import cut_off
-from instrument.storage.hdf5 import File, Group, Growing
+from instrument.storage.frames import OpenRecording
+from instrument.storage.hdf5_file import File
 from instrument.storage.in_use import refuse_while_made, refuse_while_written
 from instrument.storage.part import Part, remove_remains
 from instrument.storage.place import cannot_be_written, refuse_existing, refuse_full_disk
-from instrument.storage.provenance import PROGRAM, now, program_version
+from instrument.storage.provenance import now
 from instrument.storage.room import Room
-from instrument.storage.spill import run_of
 from protocols import CountBlock, DeviceIdentity, Floats, InputError, Mask, Truth
 
-_ROWS_PER_CHUNK = 1024
-_RAW_PER_CHUNK = 8192
-_REPORT_BYTES: Final = 1 << 16
-"""Room for the timing audit, which lists a thousand patterns of each kind at most."""
-_REASON_BYTES: Final = 4096
-"""Room for why a run ended early."""
 _MOST_GROWTH: Final = 1 << 20
 """Most bytes by which HDF5 lengthens a file beside the numbers themselves: a chunk of each dataset, and their indices."""
 
@@ -108,7 +102,8 @@ class RecordingWriter:
         try:
             refuse_while_made(path, but=self._part.path)  # another run may have begun at the same moment
             self._part.unlock()
-            self._open, self.run = self._made(
+            self._open, self.run = empty_recording(
+                self._part.path,
                 plan,
                 {
                     layout.PICTURE_TIME_S: (picture_time_s, "s"),
@@ -117,6 +112,7 @@ class RecordingWriter:
                 },
                 {"title": title or path.stem, layout.PLAN: plan.model_dump_json(), layout.BENCH: bench},
                 devices or {},
+                name=self.path.name,
                 with_truth=with_truth,
             )
             """Which run it is, as its spill file names it."""
@@ -130,33 +126,7 @@ class RecordingWriter:
             self._part.discard()
             raise
 
-    def _made(
-        self,
-        plan: Plan,
-        figures: Mapping[str, tuple[float, str]],
-        texts: Mapping[str, str],
-        devices: Mapping[RoleName, DeviceIdentity],
-        *,
-        with_truth: bool,
-    ) -> tuple["_Open", str]:
-        """Make the file with all that is known now; give it, and the name of the run."""
-        file = File(self._part.path, "w")
-        try:
-            entry = file.group("entry", "NXentry", default="data", complete=False)
-            file.set_attributes(NX_class="NXroot", default="entry", file_name=self.path.name, creator=PROGRAM)
-            entry.add_all(texts)
-            run = _add_origin(entry, devices)
-            for name, (figure, unit) in figures.items():
-                entry.add(name, figure, units=unit)
-            _add_what_grows(entry, self._patterns)
-            _add_what_comes_last(entry, plan.image_size if with_truth else None)
-            return _Open(file, self._patterns), run
-        except BaseException:
-            file.detach()
-            file.close()
-            raise
-
-    def _in_place(self) -> "_Open":
+    def _in_place(self) -> OpenRecording:
         """Give the file in its place; the first time, put it there."""
         if not self._placed:
             if not part.RENAMES_OPEN_FILES:
@@ -164,7 +134,7 @@ class RecordingWriter:
             self._put_in_place()
             self._placed = True
             if not part.RENAMES_OPEN_FILES:
-                self._open = _Open(File(self._part.path, "r+"), self._patterns)
+                self._open = OpenRecording(File(self._part.path, "r+"), self._patterns)
         return self._open
 
     def _take_room(self, numbers: int) -> None:
@@ -200,6 +170,15 @@ class RecordingWriter:
         self._length = self._part.path.stat().st_size
         self._open.note_length(self._length)
 
+    @property
+    def is_open(self) -> bool:
+        """Whether more can be written."""
+        return self._open.file.is_open
+
+    def content(self) -> bytes:
+        """Give the file as it is now: before its first block, all that a journal needs to make it anew."""
+        return self._part.path.read_bytes()
+
     def sync(self) -> None:
         """Make sure that what was written survives a power cut. Any thread may call it, also during a write.
 
@@ -210,6 +189,11 @@ class RecordingWriter:
             self._sync(self._part.fileno())
         else:  # Windows
             self.sync_other(self._part.path)
+
+    @property
+    def sync_by(self) -> Callable[[int], object]:
+        """What makes a file of this run survive a power cut, by its descriptor."""
+        return self._sync
 
     def sync_other(self, path: Path) -> None:
         """Make sure that another file of this run survives a power cut.
@@ -340,7 +324,7 @@ class RecordingWriter:
         entry.rows(layout.FRAME_VALID).write(0, valid.astype(np.uint8))
         entry.rows(layout.CHECKSUM_EDGES).write(0, file.edges.checksums.finished())
         entry.rows(layout.CHECKSUM_VALUES).write(0, file.values.checksums.finished())
-        entry.set_value(layout.INTERRUPTED, _cut(interrupted, _REASON_BYTES))
+        entry.set_value(layout.INTERRUPTED, fitting_reason(interrupted))
         entry.set_value(layout.END_TIME, now())
         file.note_length(0)  # HDF5 knows the length of a file that was closed
         entry.set_attribute("complete", not interrupted)
@@ -389,99 +373,3 @@ class RecordingWriter:
             if error is None:
                 raise
             error.add_note(f"{self.path} holds what was measured, but could not be closed well: {failure}")
-
-
-class _Open:
-    """The open file, and what grows in it."""
-
-    def __init__(self, file: File, patterns_per_frame: int) -> None:
-        self.file = file
-        file.let_others_read()
-        self.entry = file.at("entry")
-        self.raw_counts = self.entry.rows(layout.RAW_COUNTS)
-        self.raw_edges = self.entry.rows(layout.RAW_EDGE_TIME_S)
-        self.values = _Frames(self.entry.rows(layout.VALUES), Checksums(patterns_per_frame))
-        self.edges = _Frames(self.entry.rows(layout.EDGE_TIME_S), Checksums(patterns_per_frame))
-
-    def note_length(self, file_bytes: int) -> None:
-        self.entry.set_value(layout.FILE_BYTES, np.int64(file_bytes))
-
-
-class _Frames:
-    """Values that come one after the other, stored in rows of one frame each; the rest of an open frame is NaN."""
-
-    def __init__(self, dataset: Growing, checksums: Checksums) -> None:
-        self.dataset = dataset
-        self.checksums = checksums
-        self.whole = 0
-        self.open_frame: Floats = np.empty(0)
-
-    def append(self, values: Floats) -> None:
-        width = self.dataset.width
-        pending = np.concatenate([self.open_frame, values])
-        rows = -(-len(pending) // width)
-        padded = np.full(rows * width, np.nan)
-        padded[: len(pending)] = pending
-        self.dataset.write(self.whole, padded.reshape(rows, width))
-        self.checksums.add(values)
-        done = len(pending) // width
-        self.whole += done
-        self.open_frame = pending[done * width :]
-
-    @property
-    def count(self) -> int:
-        """Values so far."""
-        return self.whole * self.dataset.width + len(self.open_frame)
-
-    def __len__(self) -> int:
-        """Frames so far, an open one included."""
-        return len(self.dataset)
-
-
-def _cut(text: str, room_bytes: int) -> str:
-    """``text``, without its end where it is too long."""
-    encoded = text.encode()
-    return text if len(encoded) <= room_bytes else encoded[: room_bytes - 3].decode(errors="ignore") + "..."
-
-
-def _add_origin(entry: Group, devices: Mapping[RoleName, DeviceIdentity]) -> str:
-    """Add who records when, and give the name of the run."""
-    process, start_time = os.getpid(), now()
-    entry.add("definition", layout.DEFINITION, version=layout.VERSION)
-    entry.add(layout.PROGRAM_NAME, PROGRAM, version=program_version(), process_id=process)
-    entry.add(layout.START_TIME, start_time)
-    instrument = entry.group("instrument", "NXinstrument")
-    groups = {role.name: instrument.group(role.name, role.nx_class) for role in ROLES}
-    for name, identity in devices.items():
-        groups[name].add_all(identity.model_dump())
-    return run_of(start_time, process)
-
-
-def _add_what_grows(entry: Group, patterns_per_frame: int) -> None:
-    entry.add(layout.PHOTON_COUNTS, value=False)
-    entry.growing(layout.RAW_COUNTS, (), _RAW_PER_CHUNK)
-    entry.growing(layout.RAW_EDGE_TIME_S, (), _RAW_PER_CHUNK, units="s")
-    entry.group("data", "NXdata", signal="values", axes=[".", "."])
-    row = (patterns_per_frame,)
-    rows = max(1, min(_ROWS_PER_CHUNK, _RAW_PER_CHUNK // patterns_per_frame))
-    entry.growing(layout.VALUES, row, rows, long_name="light of each pattern, in play order")
-    entry.growing(layout.EDGE_TIME_S, row, rows, units="s")
-
-
-def _add_what_comes_last(entry: Group, truth_size: int | None) -> None:
-    entry.add(layout.FILE_BYTES, np.zeros((), np.int64))
-    entry.add_text_to_come(layout.END_TIME, len(now()))
-    entry.add_text_to_come(layout.INTERRUPTED, _REASON_BYTES)
-    entry.group("timing", "NXcollection")
-    entry.add_numbers_to_come(layout.FRAME_VALID, _ROWS_PER_CHUNK, np.uint8)
-    entry.add_text_to_come(layout.TIMING_REPORT, _REPORT_BYTES)
-    entry.group("checksum", "NXcollection", algorithm="CRC-32", frames_per_block=FRAMES_A_BLOCK)
-    for name in (layout.CHECKSUM_VALUES, layout.CHECKSUM_EDGES):
-        entry.add_numbers_to_come(name, _ROWS_PER_CHUNK, np.uint32)
-    if truth_size is not None:
-        entry.group("truth", "NXcollection")
-        entry.growing(layout.TRUTH_DISPLACEMENT_PX, (2,), _ROWS_PER_CHUNK, units="px")
-        image = np.full((truth_size, truth_size), np.nan)
-        entry.add(layout.TRUTH_IMAGE, image, long_name="transmission of the object at frame 0")
-        background = "transmission of what stands still; without rows where there is nothing"
-        entry.growing(layout.TRUTH_BACKGROUND, (truth_size,), truth_size, long_name=background)

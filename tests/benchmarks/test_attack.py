@@ -9,7 +9,7 @@ import pytest
 from benchmarks import attack
 from benchmarks.attack import ROADS, attacked, line_of
 from benchmarks.attack_commands import signals
-from benchmarks.attack_faults import PLAN, faults, wrong_frames
+from benchmarks.attack_faults import PLAN, faults, recorded, wrong_frames
 from instrument.session import simulate
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="the attacks on processes look into /proc")
@@ -76,3 +76,28 @@ def test_what_took_too_much_memory_is_not_met() -> None:
 
 def test_a_road_whose_module_is_not_there_is_not_tried_and_not_met() -> None:
     assert attack.elsewhere("attack_by_nobody", "function")(3, 1) == []
+
+
+@pytest.mark.parametrize("stall", [16, 34])
+def test_where_edges_are_missing_and_too_few_frames_tell_whether_the_first_is_none_is_trusted(stall: int) -> None:
+    """The first edge lost, and the sync line dead after some frames: all values come one pattern early."""
+    lost = [{"kind": "drop-edge", "picture": 0}]
+    recording, _ = recorded([*lost, {"kind": "stall", "picture": stall}], edge_times=True)
+    assert recording is not None
+    assert wrong_frames(recording) == 0
+    assert not recording.frame_valid.any()
+    assert recording.timing is not None
+    assert recording.timing.verdict == "failed"
+    assert any("too few frames tell whether the first was lost" in note for note in recording.timing.notes)
+
+
+def test_a_longer_run_that_stalls_keeps_its_frames_as_the_values_vouch_for_the_first_edge() -> None:
+    recording, _ = recorded([{"kind": "stall", "picture": 100}], edge_times=True)
+    assert recording is not None
+    assert recording.timing is not None
+    assert (recording.timing.verdict, int(recording.frame_valid.sum())) == ("partial", 16)
+    late, _ = recorded([{"kind": "drop-edge", "picture": 0}, {"kind": "stall", "picture": 100}], edge_times=True)
+    assert late is not None
+    assert late.timing is not None
+    assert not late.frame_valid.any()
+    assert late.timing.slipped == ((0, 16, -1),)

@@ -6,6 +6,7 @@ import pytest
 
 from benchmarks.attack_disk import cut, disk_full
 from benchmarks.attack_kill import killed
+from benchmarks.attack_power import power_cut
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="limits of another process (prlimit) are Linux")
 
@@ -26,3 +27,9 @@ def test_a_file_that_is_cut_ends_the_run_with_one_paragraph() -> None:
 def test_a_killed_run_lacks_at_most_a_tenth_of_a_second() -> None:
     for row in killed(2, seed=1):
         assert row.good, row
+
+
+def test_whatever_pages_the_disk_has_kept_every_synced_count_is_recovered_and_no_other_number_is_read() -> None:
+    rows = power_cut(14, seed=3)
+    assert [row for row in rows if not row.good] == []
+    assert {row.kept >= 0 for row in rows} == {True, False}  # some images are refused, and some can be read as they are

@@ -29,3 +29,9 @@ def attribute(path: Path, name: str, key: str) -> Any:
     """An attribute."""
     with opened(path) as file:
         return file[name].attrs[key]
+
+
+def link(path: Path, name: str, target: Path, item: str) -> None:
+    """Add a link into another file."""
+    with opened(path, "r+") as file:
+        file[name] = h5py.ExternalLink(str(target), item)

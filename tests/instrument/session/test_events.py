@@ -71,3 +71,8 @@ def test_a_snapshot_follows_the_events() -> None:
     assert (now.state, now.phase, now.patterns_done) == ("aborted", "counting", 18)
     assert (now.upload_done, now.upload_total) == (3, 84)
     assert (now.findings, now.error) == (("pattern 7: its sync edge is missing",), "the test")
+
+
+def test_a_tracking_event_that_says_no_more_has_made_and_lost_nothing() -> None:
+    event = TrackingEvent(frame=2, displacement_px=np.zeros((1, 2)))
+    assert (event.images, event.images_skipped, event.frames_dropped, event.final) == (0, 0, 0, False)

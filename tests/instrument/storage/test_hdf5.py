@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from instrument.storage.hdf5 import File, is_hdf5, open_to_read
+from instrument.storage.hdf5_file import File, is_hdf5, open_to_read
 from instrument.storage.json_text import json_text
 from tests.support import plain_hdf5 as plain
 

@@ -76,7 +76,7 @@ import os, signal, sys
 import numpy as np
 from pathlib import Path
 from instrument.plan import Plan
-from instrument.storage import RecordingWriter, hdf5
+from instrument.storage import RecordingWriter, hdf5, hdf5_file
 
 steps = int(sys.argv[2])
 writer = RecordingWriter(Path(sys.argv[1]), Plan(frames=8, image_size=8), picture_time_s=50e-6)
@@ -94,7 +94,7 @@ def killing(method):
     return call
 
 
-for owner, name in ((hdf5.Group, "set_value"), (hdf5.Group, "set_attribute"), (hdf5.Growing, "write"), (hdf5.File, "close")):
+for owner, name in ((hdf5.Group, "set_value"), (hdf5.Group, "set_attribute"), (hdf5.Growing, "write"), (hdf5_file.File, "close")):
     setattr(owner, name, killing(getattr(owner, name)))
 writer.finish(report='{"gaps": []}')
 """

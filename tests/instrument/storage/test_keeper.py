@@ -234,7 +234,7 @@ def test_counts_go_to_the_temporary_folder_where_the_folder_takes_none(
             raise OSError(errno.ENOSPC, "full")
         write_spill(place, run, records)
 
-    monkeypatch.setattr("instrument.storage.keeper.write_spill", write)
+    monkeypatch.setattr("instrument.storage.rescue.write_spill", write)
     kept = keeper(path, sync)
     feed(kept, 0, 600)
     wait_for_failure(kept)
@@ -244,7 +244,8 @@ def test_counts_go_to_the_temporary_folder_where_the_folder_takes_none(
     assert rescue.spill.parent == elsewhere
     recovered = recover(path)  # it looks there by itself
     assert recovered is not None
-    assert recovered.spills == (rescue.spill,)
+    assert rescue.journal is not None
+    assert set(recovered.spills) == {rescue.journal, rescue.spill}
     assert not rescue.spill.exists()
 
 
@@ -252,7 +253,7 @@ def test_counts_that_nothing_takes_are_named_as_lost(tmp_path: Path, monkeypatch
     def write(place: Path, run: str, records: object) -> None:
         raise OSError(errno.ENOSPC, "full")
 
-    monkeypatch.setattr("instrument.storage.keeper.write_spill", write)
+    monkeypatch.setattr("instrument.storage.rescue.write_spill", write)
 
     def sync(_file: int) -> None:
         raise OSError(errno.EIO, "x")
@@ -301,7 +302,7 @@ def test_a_spill_file_is_read_until_its_first_byte_that_is_wrong(tmp_path: Path)
 
 def test_a_disk_that_hangs_while_the_file_is_made_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     let_go, noted = Event(), list[object]()
-    monkeypatch.setattr("instrument.storage.hdf5._LEFT_OPEN", noted)
+    monkeypatch.setattr("instrument.storage.hdf5_failure._LEFT_OPEN", noted)
 
     def make() -> RecordingWriter:
         let_go.wait(20)
