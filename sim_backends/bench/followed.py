@@ -136,7 +136,9 @@ class FollowedStage:
         return getattr(self.__dict__["_stage"], name)
 
     def _watched(self, motion: Motion) -> Motion:
-        return _WatchedMotion(motion, self._clock, self._other_time) if isinstance(self._clock, VirtualClock) else motion
+        return (
+            _WatchedMotion(motion, self._clock, self._other_time) if isinstance(self._clock, VirtualClock) else motion
+        )
 
 
 class _WatchedMotion:
