@@ -7,10 +7,7 @@ import sys
 import tomllib
 from pathlib import Path
 
-import numpy as np
 import pytest
-
-from instrument.storage import open_recording
 
 PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "write-a-driver.md"
 
@@ -29,7 +26,8 @@ def package(tmp_path_factory: pytest.TempPathFactory) -> Path:
         path = folder / name
         path.parent.mkdir(exist_ok=True)
         path.write_text(code)
-    (folder / "acme_stage" / "__init__.py").touch()
+    for name in ("acme_stage", "acme_light"):
+        (folder / name / "__init__.py").touch()
     install(folder)
     return folder
 
@@ -46,7 +44,7 @@ def install(folder: Path) -> None:
         f"[{group}]\n" + "\n".join(f"{name} = {value}" for name, value in groups[group].items()) for group in groups
     ]
     (info / "entry_points.txt").write_text("\n".join(lines))
-    assert announced["tool"]["setuptools"]["packages"] == ["acme_stage"]
+    assert announced["tool"]["setuptools"]["packages"] == ["acme_stage", "acme_light"]
     assert announced["build-system"]["build-backend"] == "setuptools.build_meta"
 
 
@@ -69,36 +67,61 @@ def python(folder: Path, *module: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def test_the_page_has_the_four_files() -> None:
+def test_the_page_has_these_files() -> None:
     assert list(code_blocks()) == [
         "acme_stage/driver.py",
         "acme_stage/controller.py",
         "acme_stage/conformance.py",
         "tests/test_contract.py",
+        "acme_light/counter.py",
+        "acme_light/modulator.py",
+        "acme_light/emulators.py",
+        "acme_light/conformance.py",
     ]
+    assert list(code_blocks("toml")) == ["pyproject.toml", "bench.toml", "acme.toml"]
     assert len(code_blocks()["acme_stage/driver.py"].splitlines()) < 150
 
 
-def test_the_driver_of_the_page_conforms(package: Path) -> None:
+def test_the_drivers_of_the_page_conform(package: Path) -> None:
     options = ["--pyargs", "protocols.conformance", "--kinopix-driver", "acme_stage.conformance:stage_rig"]
+    for rig in ("counter_rig", "modulator_rig"):
+        options += ["--kinopix-driver", f"acme_light.conformance:{rig}"]
     done = run(package, *options)
     assert done.returncode == 0, done.stdout + done.stderr
-    passed = re.search(r"(\d+) passed in", done.stdout)
+    passed = re.search(r"(\d+) passed, 1 skipped in", done.stdout)
     assert passed, done.stdout
-    assert int(passed[1]) > 40
-    assert "skipped" not in done.stdout
+    assert int(passed[1]) > 110
 
 
-def test_the_page_s_stage_is_listed_and_carries_the_object_on_a_simulated_bench(package: Path) -> None:
-    """25 frames at 10 mm/s: 7.5 ms are 0.075 mm, and 0.54 px at 7.2 px/mm."""
-    plan = "frames = 25\nimage_size = 32\nsuperpixel = 4\n[motion]\nvelocity_mm_s = 10.0\nacceleration_mm_s2 = 50.0\n"
-    (package / "plan.toml").write_text(plan + "start_mm = 20.0\n")
-    done = python(package, "kinopix", "run", "--bench", "bench.toml", "--plan", "plan.toml", "--out", "run.h5")
+RUNS = """
+import sys
+import numpy as np
+from instrument.config import list_plugins
+from instrument.plan import MotionPlan, Plan
+from instrument.session import Instrument
+
+names = {(line.plugin.kind, line.plugin.name, line.plugin.distribution) for line in list_plugins()}
+for kind, name in (("stage", "acme-m1"), ("counter", "acme-c1"), ("modulator", "acme-d1"), ("transport", "acme-m1-emulator")):
+    assert (kind, name, "acme-devices") in names, names
+plan = Plan(
+    frames=25, image_size=32, superpixel=4, motion=MotionPlan(start_mm=20.0, velocity_mm_s=10.0, acceleration_mm_s2=50.0)
+)
+for bench in ("bench.toml", "acme.toml"):
+    with Instrument.from_toml(bench) as opened:
+        recording = opened.run(plan, f"{bench}.h5")
+    print(bench, recording.timing.verdict, recording.timing.edges_seen, *np.hypot(*recording.truth.displacement_px.T)[[0, -1]])
+"""
+
+
+def test_the_page_s_devices_do_a_run_and_the_stage_carries_the_object(package: Path) -> None:
+    """25 frames at 10 mm/s: 24 x 300 us are 72 um, and 0.13 px at 1.8 px/mm. 150 patterns have 151 edges."""
+    (package / "runs.py").write_text(RUNS)
+    done = python(package, "runs")
     assert done.returncode == 0, done.stdout + done.stderr
-    recording = open_recording(package / "run.h5")
-    assert recording.truth is not None
-    travel_px = np.hypot(*recording.truth.displacement_px[-1])
-    assert travel_px == pytest.approx(10 * 24 * 6 * 50e-6 * 7.2 * 32 / 128, rel=0.05)
+    lines = [line.split() for line in done.stdout.splitlines()]
+    assert [line[:3] for line in lines] == [["bench.toml", "good", "151"], ["acme.toml", "good", "151"]]
+    for line in lines:
+        assert [float(px) for px in line[3:]] == pytest.approx([0.0, 10 * 24 * 6 * 50e-6 * 7.2 * 32 / 128], abs=0.01)
 
 
 def test_the_suite_may_be_imported_instead(package: Path) -> None:
