@@ -7,9 +7,9 @@ is asked last. A path in bench.toml is the only one tried: a wrong setting is ne
 
 import ctypes
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from pathlib import Path, PureWindowsPath
+from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Final, NamedTuple
 
 from drivers.alp.api import AlpApi
@@ -83,26 +83,40 @@ def find_library(setting: Path | None, machine: Machine | None = None, *, device
     """Load the library named by ``setting``, or the first one found.
 
     Raises:
-        DriverUnavailable: none could be used; names every place tried and what was wrong there.
+        DriverUnavailable: none could be used; names every library looked for, and what was wrong with those that are there.
     """
     machine = machine or Machine()
     tried: list[str] = []
+    absent: dict[str, None] = {}
     for number, path, obstacle in _places(setting, machine):
         if path is None:
-            tried.append(obstacle)
+            tried += [obstacle] if setting is not None else []
             continue
         try:
             return Library(bind(machine.load(path), device=device), f"ALP-{number} {path}")
         except OSError as error:
-            tried.append(f"{path} ({error})")
+            if setting is None and _is_absent(error):
+                absent[PureWindowsPath(path).name if machine.windows else PurePosixPath(path).name] = None
+            else:
+                tried.append(f"{path} ({str(error).removeprefix(f'{path}: ')})")
         except DriverUnavailable as error:
             tried.append(f"{path} ({error.saw})")
     raise DriverUnavailable(
         device=device,
-        saw="no usable ALP library after trying " + "; ".join(tried),
+        saw="no usable ALP library: " + "; ".join([*tried, *([_nowhere(absent, machine)] if absent else [])]),
         expected=f"the ViALUX ALP-4 high-speed API for {machine.bits}-bit programs",
         remedy='install it from the disc or download of the board, or set library = "<file>" under [modulator] in bench.toml',
     )
+
+
+def _is_absent(error: OSError) -> bool:
+    """Whether a library is not there at all, by what loaders say on Linux and Windows."""
+    return isinstance(error, FileNotFoundError) or "No such file" in str(error) or "Could not find module" in str(error)
+
+
+def _nowhere(names: Iterable[str], machine: Machine) -> str:
+    folder = "the folders that ViALUX's installer registers" if machine.windows else LINUX_FOLDER
+    return f"{', '.join(names)} neither in {folder} nor where the system looks for libraries"
 
 
 def _places(setting: Path | None, machine: Machine) -> Iterator[tuple[str, str | None, str]]:
@@ -117,7 +131,7 @@ def _places(setting: Path | None, machine: Machine) -> Iterator[tuple[str, str |
         if not machine.windows:
             yield release.number, f"{LINUX_FOLDER}/{release.linux}", ""
         elif (root := machine.registry_path(release.number)) is None:
-            yield release.number, None, rf"registry HKLM\SOFTWARE\ViALUX\ALP-{release.number} (no value Path)"
+            yield release.number, None, "not registered"
         else:
             folder = PureWindowsPath(root, release.folder)
             folder = folder / "x64" if machine.bits == 64 else folder

@@ -3,9 +3,12 @@
 The transport it takes instead of libusb is a ``usb.backend.IBackend``.
 """
 
+from importlib.metadata import version
+
 from drivers.h10682.counter import H10682Counter
 from drivers.usb_ctr.board import UsbCtrBoard, open_board, typed_error
 from drivers.usb_ctr.driver import usb_ctr_counter
+from drivers.usb_ctr.image import maker_image
 from drivers.usb_ctr.pipe import UsbFault, find_pipes
 from drivers.usb_ctr.self_test import SelfTest, self_test
 from drivers.usb_ctr.settings import UsbCtrSettings
@@ -50,7 +53,8 @@ def run_self_test(settings: UsbCtrSettings, context: BenchContext | None = None,
 def _open_board(settings: UsbCtrSettings, context: BenchContext) -> UsbCtrBoard:
     board = open_board(context.transport, settings.serial)
     try:
-        board.ensure_fpga(None if settings.fpga_image is None else context.folder / settings.fpga_image)
+        named = settings.fpga_image
+        board.ensure_fpga(maker_image() if named is None else context.folder / named)
     except BaseException:
         board.close()
         raise
@@ -58,13 +62,19 @@ def _open_board(settings: UsbCtrSettings, context: BenchContext) -> UsbCtrBoard:
 
 
 def availability() -> Availability:
-    """Look for libusb, without touching a board."""
+    """Look for libusb and for the maker's FPGA image, without touching a board."""
     try:
         find_pipes()
     except UsbFault as fault:
         error = typed_error(fault, "looking for boards")
         return Availability(ready=False, missing=f"{error.saw}. To do: {error.remedy}")
-    return Availability(ready=True)
+    if maker_image() is None:
+        return Availability(
+            ready=False,
+            missing="libusb is there; the maker's FPGA image, which a board needs after each power-up, is not. To do: set"
+            " fpga_image under [counter] in bench.toml to the maker's file (usb-ctr.rbf), or install mccdaq/uldaq (Linux)",
+        )
+    return Availability(ready=True, version=f"pyusb {version('pyusb')}")
 
 
 def probe() -> tuple[str, ...]:

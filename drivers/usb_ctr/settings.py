@@ -38,7 +38,8 @@ class UsbCtrSettings(Frozen):
     """Serial number of the board; None where only one is plugged in."""
 
     fpga_image: Path | None = None
-    """The maker's FPGA image, loaded where the board has none (after each power-up). Relative to bench.toml."""
+    """The maker's FPGA image, loaded where the board has none (after each power-up). Relative to bench.toml. None takes the one
+    that the maker's library for Linux has installed."""
 
     counter: CounterNumber = 0
     """Number of the counter input of the photon pulses."""

@@ -7,6 +7,8 @@ import typer
 from instrument.cli.options import JsonOption, print_json
 
 if TYPE_CHECKING:
+    from rich.text import Text
+
     from instrument.config import PluginLine
 
 app = typer.Typer(help="List drivers, transports, scenes and schemes; look for devices.", invoke_without_command=True)
@@ -46,21 +48,46 @@ def _print_table(lines: "tuple[PluginLine, ...]") -> None:
     from instrument.views import OUT, plain
 
     table = Table(title="Plug-ins", title_justify="left")
-    for column in ("kind", "name", "from", "state", "what it is"):
-        table.add_column(column)
+    table.add_column("name", no_wrap=True)
+    table.add_column("what it is", ratio=1)
+    table.add_column("state")
+    kind = ""
     for line in lines:
+        if line.plugin.kind != kind:
+            kind = line.plugin.kind
+            table.add_section()
+            table.add_row(plain(kind, "bold"), Text(), Text())
         ready = line.availability.ready and not line.error
         state = plain("ready", "green") if ready else plain("not ready", "yellow")
-        version = plain(f" {line.availability.version}") if ready else Text()
-        origin = f"{line.plugin.distribution} {line.plugin.version}"
-        cells = (line.plugin.kind, line.plugin.name, origin)
-        table.add_row(*map(plain, cells), Text.assemble(state, version), plain(line.summary))
+        table.add_row(plain(f"  {line.plugin.name}"), plain(_what(line)), state)
     OUT.print(table)
     for line in lines:
         missing = line.error or line.availability.missing
         if missing:
-            name = plain(line.plugin.name, "yellow")
-            OUT.print(Text.assemble(name, plain(f" is not ready: {missing}")), soft_wrap=True)
+            _print_missing(plain(line.plugin.name, "yellow"), missing)
+
+
+def _what(line: "PluginLine") -> str:
+    """Summary, with the package that it came in and the library that it found, where they are news."""
+    plugin = line.plugin
+    news = (
+        "" if plugin.distribution == "kinopix" else f"{plugin.distribution} {plugin.version}",
+        line.availability.version,
+    )
+    told = ", ".join(part for part in news if part)
+    return f"{line.summary} ({told})" if told else line.summary
+
+
+def _print_missing(name: "Text", missing: str) -> None:
+    """What is missing, and on a line of its own what to do."""
+    from rich.text import Text
+
+    from instrument.views import OUT, plain
+
+    what, _, remedy = missing.partition(" To do: ")
+    OUT.print(Text.assemble(name, plain(f": {what}")), soft_wrap=True)
+    if remedy:
+        OUT.print(plain(f"  To do: {remedy}"), soft_wrap=True)
 
 
 @app.command()

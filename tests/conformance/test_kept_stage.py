@@ -174,6 +174,6 @@ def test_a_spot_is_where_the_stage_stood_with_room_on_both_sides(
     class Stage:
         limits = StageLimits(travel_mm=(0.0, 100.0), max_velocity_mm_s=20, max_acceleration_mm_s2=100)
 
-    rig = StageRig(open=Stage, clock=MonotonicClock(), span_mm=span_mm, begun_mm=here_mm)  # type: ignore[arg-type, return-value]
+    rig = StageRig(open=Stage, clock=MonotonicClock(), span_mm=span_mm, begun_mm=here_mm)  # type: ignore[arg-type]
     spot = Spot(Stage(), rig)  # type: ignore[arg-type]
     assert (spot.middle_mm, spot.reach_mm) == pytest.approx((middle_mm, reach_mm))

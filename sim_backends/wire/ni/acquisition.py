@@ -78,6 +78,7 @@ class Acquisition:
         self._last = 0
         self._fresh = True
         self._edge_s: float | None = None
+        self._merged_until_s: float | None = None
         self._wraps_told = 0
         self._unread: NDArray[np.uint32] = np.zeros(0, np.uint32)
         self._fault = self._first_fault()
@@ -145,13 +146,29 @@ class Acquisition:
         elif self._fresh:
             keep[0] = self._settings.first_edge_sampled
         self._fresh = False
-        total = self._photons + np.cumsum(photons)
+        total = self._photons + np.cumsum(self._merged(time_s, photons))
         self._photons = int(total[-1])
         count = self._count(time_s, total)
         if not self.plan.keeps_duplicates:
             keep &= np.diff(count, prepend=self._last) != 0
         self._last = int(count[-1])
         return count[keep]
+
+    def _merged(self, time_s: Floats, photons: Integers) -> Integers:
+        """Source edges of the photons of each bin, which arrive at any moment of it: pairs that are too close are one.
+
+        Of n photons in a time T each neighbour follows within t with 1 - (1 - t / T)^n. The draws follow from the counts.
+        """
+        within_s = self._settings.merge_within_s
+        if within_s == 0 or not len(photons):
+            return photons
+        before_s = time_s[0] if self._merged_until_s is None else self._merged_until_s
+        self._merged_until_s = float(time_s[-1])
+        bin_s = np.diff(time_s, prepend=before_s)
+        near = 1 - (1 - np.minimum(1.0, within_s / np.maximum(bin_s, within_s))) ** np.maximum(photons, 1)
+        pairs = np.where(bin_s > 0, np.maximum(photons - 1, 0), 0)
+        lost: Integers = np.random.default_rng([len(photons), self._photons]).binomial(pairs, near)
+        return photons - lost
 
     def _count(self, time_s: Floats, photons: Integers) -> Integers:
         """What the counter has counted at ``time_s``, when ``photons`` have come."""

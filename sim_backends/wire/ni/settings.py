@@ -188,6 +188,10 @@ class NiEmulatorSettings(Frozen):
     min_source_pulse_s: Instant = 6.2e-9
     """Narrowest pulse that the source counts (cDAQ-9172: 6.2 ns, in its external mode 16 ns) [U for X series]."""
 
+    merge_within_s: Instant = 0.0
+    """Two photons closer than this are one source edge (with duplicate count prevention four periods of the timebase: 40 ns on
+    an X series). It comes on top of the dead time that the scene's light has lost already."""
+
     photon_pulse_s: Instant = 10e-9
     """Width of the head's pulse [S]."""
 

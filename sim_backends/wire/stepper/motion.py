@@ -39,6 +39,10 @@ class Rates:
     acceleration: float
     """Acceleration of both ramps; that they are equal is not known [U]."""
 
+    def scaled(self, share: float) -> "Rates":
+        """Give the rates at which a share of a distance takes the same time as the whole at these."""
+        return Rates(share * self.top, share * self.initial, share * self.acceleration)
+
 
 @dataclass(frozen=True)
 class Trapezoid:

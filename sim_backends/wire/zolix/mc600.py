@@ -15,6 +15,8 @@ _AXES = "XYZT"
 
 _NUMBER = re.compile(r"\d+(\.\d*)?|\.\d+")
 
+_SIGNED = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)")
+
 _LINE = re.compile(r"([A-Z0-9]+\??)(?: +(.*))?")
 
 
@@ -41,6 +43,9 @@ class Mc600:
             "GOORIGION": self._go_origin,
             "STOP": self._stop,
             "SETUSERORIGIN": self._set_user_origin,
+            "SETUSERORIGIN?": self._user_origin,
+            "GOINTERPOLATIONLINE2": lambda arguments, now_s: self._go_line(arguments, 2, now_s),
+            "GOINTERPOLATIONLINE3": lambda arguments, now_s: self._go_line(arguments, 3, now_s),
         }
 
     @property
@@ -139,6 +144,30 @@ class Mc600:
             motor.stand(now_s)
         return Answer(("READY",), moved=(axis,))
 
+    def _go_line(self, arguments: list[str], n: int, now_s: float) -> Answer:
+        """``GoInterpolationline2 X,1.0,Y,2.0``: axes that arrive together. Absolute, signed targets [I]."""
+        if len(arguments) != 2 * n or len(set(arguments[::2])) < n or not set(arguments[::2]) <= self._axes.keys():
+            raise _NotUnderstoodError
+        if not all(_SIGNED.fullmatch(number) for number in arguments[1::2]):
+            raise _NotUnderstoodError
+        ways: dict[str, int] = {}
+        for axis, number in zip(arguments[::2], arguments[1::2], strict=True):
+            motor, registers = self._axes[axis], self._registers[axis]
+            target = registers.zero + round(float(number) * registers.pulses_per_unit)
+            ways[axis] = target - motor.reported(now_s)
+            soft = registers.inside_soft_limits(target) != target
+            if motor.moving(now_s) or motor.blocked(now_s, ways[axis]) or soft:
+                return self._refused()
+        longest = max(ways, key=lambda axis: abs(ways[axis]))
+        rates = self._registers[longest].rates
+        for axis, way in ways.items():
+            if way == 0:
+                self._axes[axis].stand(now_s)
+                continue
+            share = abs(way / ways[longest])
+            self._axes[axis].move(now_s, way, rates.scaled(share), self._faults.move())
+        return Answer(("READY",), moved=tuple(ways))
+
     def _home(self, axis: str, now_s: float) -> Answer:
         motor, settings = self._axes[axis], self._settings
         if motor.moving(now_s):
@@ -166,6 +195,11 @@ class Mc600:
         rates: Rates = self._registers[axis].rates
         motor.stop(now_s, rates, decelerate=settings.stop_ramp == "decelerate")
         return Answer(replies, moved=(axis,), completes=settings.stop_completion)
+
+    def _user_origin(self, arguments: list[str], _now_s: float) -> Answer:
+        """``SetUserOrigin? X``: where the work origin is, in the present unit."""
+        axis = self._axis(arguments)
+        return Answer((f"SETUSERORIGIN? {axis},{self._registers[axis].text(self._registers[axis].user_origin)},OK",))
 
     def _set_user_origin(self, arguments: list[str], now_s: float) -> Answer:
         """``SetUserOrigin X,0``: the work origin is here."""

@@ -10,10 +10,11 @@ from typing import Any
 
 import pytest
 
+from drivers.usb_ctr.image import maker_image
 from drivers.usb_ctr.pipe import UsbFault, UsbPipe, find_pipes
 from drivers.usb_ctr.plugin import availability, open_counter, probe, run_self_test
 from drivers.usb_ctr.settings import UsbCtrSettings
-from protocols import BenchContext, CounterRun, DeviceBusy, DeviceTimeout, DriverUnavailable, InputError
+from protocols import BenchContext, CounterRun, DeviceBusy, DeviceRefused, DeviceTimeout, DriverUnavailable, InputError
 from tests.drivers.h10682.clock import ScriptClock
 
 core: Any = import_module("usb.core")
@@ -236,10 +237,26 @@ def test_without_libusb_the_driver_says_what_is_missing(monkeypatch: pytest.Monk
         open_counter(UsbCtrSettings(), BenchContext())
 
 
+def test_the_driver_is_ready_only_with_the_maker_s_image(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr("drivers.usb_ctr.plugin.find_pipes", lambda: find_pipes(Backend([])))
+    monkeypatch.setattr("drivers.usb_ctr.plugin.maker_image", lambda: maker_image(tmp_path))
+    told = availability()
+    assert not told.ready
+    assert "FPGA image" in told.missing
+    assert "To do: set fpga_image" in told.missing
+    (tmp_path / "USB_1808.rbf").write_bytes(b"\0")
+    assert not availability().ready
+    (tmp_path / "USB_CTR.rbf").write_bytes(bytes(100))
+    assert availability().ready
+    backend = Backend([b"01234567"], status=b"\x00\x00")
+    with pytest.raises(DeviceRefused, match=r"not configured after USB_CTR.rbf"):
+        open_counter(UsbCtrSettings(), BenchContext(transport=backend))
+    assert backend.transfers[0] == "50 0 0 ad"
+
+
 def test_probing_names_boards_and_what_keeps_one_from_answering(monkeypatch: pytest.MonkeyPatch) -> None:
     backend = Backend([b"01234567"])
     monkeypatch.setattr("drivers.usb_ctr.plugin.find_pipes", lambda: find_pipes(backend))
     assert probe() == ("USB-CTR08 01234567",)
-    assert availability().ready
     backend.error = core.USBError("Access denied", -3, errno.EACCES)
     assert "Access denied" in probe()[0]

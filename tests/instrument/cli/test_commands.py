@@ -205,7 +205,10 @@ def test_drivers_are_listed_with_what_is_missing(capsys: pytest.CaptureFixture[s
     assert plugins["modulator", "simulated"]["ready"]
     assert {("modulator", "dlp7000"), ("counter", "ni"), ("counter", "usb-ctr"), ("stage", "ka400z")} <= set(plugins)
     assert status(["drivers"]) == 0
-    assert "simulated" in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert "simulated" in shown
+    assert max(shown.count(f"libalp{n}.so") for n in (41, 42, 43, 44, 50, 51)) <= 1, "each library is named once"
+    assert "\n  To do: " in shown or all(row["ready"] for row in plugins.values())
 
 
 def test_probe_looks_without_moving_anything(capsys: pytest.CaptureFixture[str]) -> None:

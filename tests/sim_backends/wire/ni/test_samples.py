@@ -329,3 +329,19 @@ def test_one_sample_can_be_read_alone() -> None:
         assert reader.read_one_sample_double(timeout=1.0) == 3.0 + rig.bins(1)[0]
         reader.read_one_sample_uint32(timeout=1.0)
         assert code_of(reader.read_one_sample_uint32, timeout=1.0) == -200284
+
+
+@pytest.mark.parametrize(("within_ns", "share"), [(0.0, 0.0), (40.0, 0.181), (80.0, 0.330)])
+def test_photons_too_close_to_each_other_are_one_edge(within_ns: float, share: float) -> None:
+    """250 photons in 50 us are 5 a microsecond: a neighbour within 40 ns with 1 - exp(-0.2) = 0.181, within 80 ns 0.330."""
+    with ni_rig(merge_within_s=within_ns * 1e-9) as rig:
+        task = rig.task()
+        rig.show(200)
+        counted = np.diff(read(task, 201))
+        came = np.array(rig.bins(200))
+    lit = came > 100
+    rate = came[lit].mean() / 50e3
+    expected = 1 - np.exp(-rate * within_ns)
+    assert abs(1 - counted[lit].sum() / came[lit].sum() - expected) < 0.02
+    assert expected == pytest.approx(share, abs=0.01)
+    assert (counted <= came).all()
