@@ -16,3 +16,9 @@ Background: TypeAlias = Literal["auto", "fit", "none"]
 
 Grid: TypeAlias = Literal["auto", "1", "2"]
 """Image pixels that a pattern pixel has along each axis; ``auto`` takes 2 where the motion supports it."""
+
+StudyName: TypeAlias = Literal["table1", "frames", "noise", "upsampling", "speed", "background", "dgi"]
+"""Tables and figures of the paper that can be reproduced."""
+
+Reproduced: TypeAlias = Literal["table1", "frames", "noise", "upsampling", "speed", "background", "dgi", "all"]
+"""What ``kinopix reproduce`` makes: one study, or all."""

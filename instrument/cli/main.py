@@ -8,7 +8,7 @@ from typing import Annotated, Any, Final
 import typer
 from typer.core import TyperGroup
 
-from instrument.cli import acquire, analyse, check, demo, drivers, info, recover
+from instrument.cli import acquire, analyse, check, demo, drivers, info, recover, reproduce
 from instrument.cli.interrupts import Interrupts
 
 INTERRUPTED: Final = 130
@@ -54,6 +54,7 @@ app.command("analyse")(analyse.analyse_file)
 app.command("check")(check.check)
 app.command("info")(info.info)
 app.command("recover")(recover.recover_file)
+app.command("reproduce")(reproduce.reproduce_paper)
 app.add_typer(drivers.app, name="drivers")
 
 

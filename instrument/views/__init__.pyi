@@ -7,6 +7,12 @@ from .plots import save as save
 from .plots import timing_figure as timing_figure
 from .plots import trajectory_figure as trajectory_figure
 from .recording_table import recording_table as recording_table
+from .study_figures import write_study_pictures as write_study_pictures
+from .study_tables import claims_table as claims_table
+from .study_tables import study_index as study_index
+from .study_tables import study_page as study_page
+from .study_tables import study_tables as study_tables
+from .study_tables import write_csv as write_csv
 from .summary import summary_figure as summary_figure
 from .terminal import ERR as ERR
 from .terminal import OUT as OUT
@@ -24,6 +30,7 @@ __all__ = [
     "OUT",
     "LiveView",
     "check_table",
+    "claims_table",
     "error_figure",
     "figures_table",
     "image_figure",
@@ -34,10 +41,15 @@ __all__ = [
     "save",
     "say",
     "show_error",
+    "study_index",
+    "study_page",
+    "study_tables",
     "summary_figure",
     "timing_figure",
     "timing_table",
     "trajectory_figure",
     "warn",
+    "write_csv",
     "write_pictures",
+    "write_study_pictures",
 ]
