@@ -8,7 +8,7 @@ from typing import Annotated, Any, Final
 import typer
 from typer.core import TyperGroup
 
-from instrument.cli import acquire, analyse, check, demo, drivers, info, recover, reproduce
+from instrument.cli import acquire, analyse, check, demo, drivers, film, info, recover, reproduce
 from instrument.cli.interrupts import Interrupts
 
 INTERRUPTED: Final = 130
@@ -52,6 +52,7 @@ app.command("demo")(demo.demo)
 app.command("run")(acquire.run)
 app.command("analyse")(analyse.analyse_file)
 app.command("check")(check.check)
+app.command("film")(film.film)
 app.command("info")(info.info)
 app.command("recover")(recover.recover_file)
 app.command("reproduce")(reproduce.reproduce_paper)

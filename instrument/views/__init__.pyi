@@ -1,3 +1,5 @@
+from .film import refuse_no_film as refuse_no_film
+from .film import write_film as write_film
 from .live import LiveView as LiveView
 from .pictures import picture_folder as picture_folder
 from .pictures import write_pictures as write_pictures
@@ -38,6 +40,7 @@ __all__ = [
     "plain",
     "progress",
     "recording_table",
+    "refuse_no_film",
     "save",
     "say",
     "show_error",
@@ -50,6 +53,7 @@ __all__ = [
     "trajectory_figure",
     "warn",
     "write_csv",
+    "write_film",
     "write_pictures",
     "write_study_pictures",
 ]
