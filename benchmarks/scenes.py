@@ -6,6 +6,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from instrument import Plan, Recording, simulate
+from instrument.studies import accelerated, curve
 from protocols import Floats
 from sim_backends.bench.objects import BUILT_INS
 
@@ -79,23 +80,10 @@ def wavy(time_s: Floats) -> Floats:
     return way
 
 
-def _curve(time_s: Floats) -> Floats:
-    """I: a gentle S, 66 px across and 64 px down."""
-    u = time_s / RUN_S
-    return np.stack([66 * u + 4 * np.sin(2 * np.pi * u), 6.4 * u + 57.6 * (3 * u**2 - 2 * u**3)], axis=1)
-
-
-def _accelerated(time_s: Floats) -> Floats:
-    """II: along the diagonal by v0 t + a t^2 / 2 in the ratio of 25 mm/s and 50 mm/s^2, 66 px each way."""
-    u = time_s / RUN_S
-    way = 66 * (2 * u / 3 + u**2 / 3)
-    return np.stack([way, way], axis=1)
-
-
 def _vibration(periods: int) -> Path2D:
     def path(time_s: Floats) -> Floats:
         angle = 2 * np.pi * periods * time_s / RUN_S
-        shaken: Floats = _curve(time_s) + np.stack([np.sin(angle), np.cos(angle) - 1], axis=1)
+        shaken: Floats = MOTIONS["I"](time_s) + np.stack([np.sin(angle), np.cos(angle) - 1], axis=1)
         return shaken
 
     return path
@@ -124,12 +112,12 @@ def _stop_and_go(time_s: Floats) -> Floats:
 
 
 MOTIONS: dict[str, Path2D] = {
-    "I": _curve,
-    "II": _accelerated,
+    "I": curve(RUN_S),
+    "II": accelerated(RUN_S),
     "vibration-50": _vibration(50),
     "vibration-200": _vibration(200),
     "circle": _circle,
     "random-walk": _random_walk,
     "stop-and-go": _stop_and_go,
 }
-"""Name to path; the first two are smooth."""
+"""Name to path; the first two are smooth, and those of the studies."""

@@ -20,3 +20,8 @@ Grid: TypeAlias = Literal["auto", "1", "2"]
 Normalise: TypeAlias = Literal["auto", "smoothed", "frame", "off"]
 """By what values are divided against a lamp that changes: the total light smoothed over frames, each frame's own as published, or
 nothing; ``auto`` is ``frame`` where the path is found as published, else ``smoothed``."""
+StudyName: TypeAlias = Literal["table1", "frames", "noise", "upsampling", "speed", "background", "dgi"]
+"""Tables and figures of the paper that can be reproduced."""
+
+Reproduced: TypeAlias = Literal["table1", "frames", "noise", "upsampling", "speed", "background", "dgi", "all"]
+"""What ``kinopix reproduce`` makes: one study, or all."""

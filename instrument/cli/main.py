@@ -19,11 +19,13 @@ from instrument.cli import (
     count,
     demo,
     drivers,
+    film,
     info,
     init,
     move,
     probe,
     recover,
+    reproduce,
     schema,
     show,
 )
@@ -70,9 +72,11 @@ app.command("demo")(demo.demo)
 app.command("run")(acquire.run)
 app.command("analyse")(analyse.analyse_file)
 app.command("check")(check.check)
+app.command("film")(film.film)
 app.command("info")(info.info)
 app.command("recover")(recover.recover_file)
 app.command("init")(init.init)
+app.command("reproduce")(reproduce.reproduce_paper)
 app.command("schema")(schema.schema)
 app.command("show")(show.show)
 app.command("count")(count.count)

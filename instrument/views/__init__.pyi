@@ -2,6 +2,8 @@ from .alignment import alignment_figure as alignment_figure
 from .calibration_table import displacement_figures as displacement_figures
 from .calibration_table import displacement_rows as displacement_rows
 from .calibration_table import displacement_table as displacement_table
+from .film import refuse_no_film as refuse_no_film
+from .film import write_film as write_film
 from .live import LiveView as LiveView
 from .pictures import picture_folder as picture_folder
 from .pictures import write_pictures as write_pictures
@@ -11,6 +13,12 @@ from .plots import save as save
 from .plots import timing_figure as timing_figure
 from .plots import trajectory_figure as trajectory_figure
 from .recording_table import recording_table as recording_table
+from .study_figures import write_study_pictures as write_study_pictures
+from .study_tables import claims_table as claims_table
+from .study_tables import study_index as study_index
+from .study_tables import study_page as study_page
+from .study_tables import study_tables as study_tables
+from .study_tables import write_csv as write_csv
 from .summary import summary_figure as summary_figure
 from .terminal import ERR as ERR
 from .terminal import OUT as OUT
@@ -32,6 +40,7 @@ __all__ = [
     "displacement_figures",
     "displacement_rows",
     "displacement_table",
+    "claims_table",
     "error_figure",
     "figures_table",
     "image_figure",
@@ -39,13 +48,20 @@ __all__ = [
     "plain",
     "progress",
     "recording_table",
+    "refuse_no_film",
     "save",
     "say",
     "show_error",
+    "study_index",
+    "study_page",
+    "study_tables",
     "summary_figure",
     "timing_figure",
     "timing_table",
     "trajectory_figure",
     "warn",
+    "write_csv",
+    "write_film",
     "write_pictures",
+    "write_study_pictures",
 ]
