@@ -1,5 +1,6 @@
 """The ``[detector]`` section of a calibration file: dark counts, dead time and linear limit, and how the lamp flickers."""
 
+import math
 from typing import Annotated
 
 from pydantic import Field
@@ -19,8 +20,12 @@ class Measured(Frozen):
     """Its standard deviation."""
 
     def __str__(self) -> str:
-        """Give both as a person writes them."""
-        return f"{self.value:.6g} +- {self.sigma:.2g}"
+        """Give both as a person writes them: to the second figure of the standard deviation."""
+        if not 1e-9 < self.sigma < 1e9:
+            return f"{self.value:.6g} +- {self.sigma:.2g}"
+        places = 1 - math.floor(math.log10(self.sigma))
+        value, sigma = round(self.value, places) + 0.0, round(self.sigma, places)
+        return f"{value:,.{max(0, places)}f} +- {sigma:,.{max(0, places)}f}"
 
 
 class LampLine(Frozen):
