@@ -8,7 +8,18 @@ from typing import Annotated, Any, Final
 import typer
 from typer.core import TyperGroup
 
-from instrument.cli import acquire, analyse, calibrate, calibrate_displacement, check, demo, drivers, info, recover
+from instrument.cli import (
+    acquire,
+    analyse,
+    calibrate,
+    calibrate_displacement,
+    check,
+    compare,
+    demo,
+    drivers,
+    info,
+    recover,
+)
 from instrument.cli.interrupts import Interrupts
 
 INTERRUPTED: Final = 130
@@ -52,6 +63,7 @@ app.command("demo")(demo.demo)
 app.command("run")(acquire.run)
 app.command("analyse")(analyse.analyse_file)
 app.command("check")(check.check)
+app.command("compare")(compare.compare_files)
 app.command("info")(info.info)
 app.command("recover")(recover.recover_file)
 calibrate.app.command("displacement")(calibrate_displacement.displacement)

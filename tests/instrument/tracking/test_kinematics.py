@@ -12,7 +12,7 @@ from tests.support.calibrations import displacement
 
 FRAME_S = 0.01
 FRAMES = 101
-TIME_S = np.arange(FRAMES) * FRAME_S
+TIME_S: Floats = np.arange(FRAMES, dtype=np.float64) * FRAME_S
 
 
 def path(along_px: Floats, direction: tuple[float, float] = (0.6, 0.8), sigma_px: float = 0.0) -> Trajectory:
@@ -29,9 +29,14 @@ def path(along_px: Floats, direction: tuple[float, float] = (0.6, 0.8), sigma_px
     )
 
 
+def _px(speed: float, half_acceleration: float = 0.0) -> Floats:
+    """Places on a parabola."""
+    return np.asarray(speed * TIME_S + half_acceleration * TIME_S**2, np.float64)
+
+
 def test_a_parabola_gives_its_own_numbers() -> None:
     """30 px/s at frame 0 and 8 px/s^2: after 1 s 34 px, at 38 px/s; in the middle 34 px/s."""
-    fit = path(30 * TIME_S + 4 * TIME_S**2).motion_px
+    fit = path(_px(30, 4)).motion_px
     assert fit is not None
     assert fit.unit == "px"
     assert fit.travel.value == pytest.approx(34.0)
@@ -45,8 +50,8 @@ def test_a_parabola_gives_its_own_numbers() -> None:
 def test_in_mm_it_is_told_along_the_axis_and_keeps_its_sign() -> None:
     """10 px/mm along (0.6, 0.8)."""
     scale = displacement(10.0, np.degrees(np.arctan2(0.8, 0.6)))
-    there = replace(path(30 * TIME_S), scale=scale).motion_mm
-    back = replace(path(-30 * TIME_S), scale=scale).motion_mm
+    there = replace(path(_px(30)), scale=scale).motion_mm
+    back = replace(path(_px(-30)), scale=scale).motion_mm
     assert there is not None
     assert back is not None
     assert (there.unit, there.speed.value, back.speed.value) == ("mm", pytest.approx(3.0), pytest.approx(-3.0))
@@ -59,7 +64,7 @@ def test_in_mm_it_is_told_along_the_axis_and_keeps_its_sign() -> None:
 def test_a_motion_beside_the_axis_is_told_with_its_angle_and_side() -> None:
     """Axis along x; the object goes 10 degrees towards y (down)."""
     turned = np.radians(10)
-    off = replace(path(30 * TIME_S, (np.cos(turned), np.sin(turned))), scale=displacement(10.0, 0.0)).motion_mm
+    off = replace(path(_px(30), (np.cos(turned), np.sin(turned))), scale=displacement(10.0, 0.0)).motion_mm
     assert off is not None
     assert off.off_axis_deg is not None
     assert off.off_axis_deg.value == pytest.approx(10.0)
@@ -68,7 +73,7 @@ def test_a_motion_beside_the_axis_is_told_with_its_angle_and_side() -> None:
 
 def test_displacements_in_mm_are_along_and_across() -> None:
     """5 px/mm along y (down): x to the right is across, to the other side."""
-    there = replace(path(10 * TIME_S, (0.6, 0.8), 0.1), scale=displacement(5.0, 90.0, sigma=0.05))
+    there = replace(path(_px(10), (0.6, 0.8), 0.1), scale=displacement(5.0, 90.0, sigma=0.05))
     np.testing.assert_allclose(there.displacement_mm[-1], [10 * 0.8 / 5, -10 * 0.6 / 5], atol=1e-12)
     # 0.1 sqrt(2) px are 0.0283 mm; the scale adds 1 % of 1.6 mm, and its angle as many radians of 1.2 mm.
     np.testing.assert_allclose(
@@ -78,7 +83,7 @@ def test_displacements_in_mm_are_along_and_across() -> None:
 
 
 def test_a_bench_without_a_calibration_says_how_to_get_one() -> None:
-    here = path(10 * TIME_S)
+    here = path(_px(10))
     assert here.motion_mm is None
     with pytest.raises(InputError, match="run kinopix calibrate displacement"):
         _ = here.displacement_mm
@@ -89,7 +94,7 @@ def test_a_bench_without_a_calibration_says_how_to_get_one() -> None:
 def test_uncertainties_are_those_of_least_squares_on_the_covariance() -> None:
     """Against a thousand draws with that covariance."""
     rng = np.random.default_rng(1)
-    truth = path(30 * TIME_S + 4 * TIME_S**2, sigma_px=0.2)
+    truth = path(_px(30, 4), sigma_px=0.2)
     fit = truth.motion_px
     assert fit is not None
     drawn: list[tuple[float, float, float]] = []
@@ -106,14 +111,14 @@ def test_uncertainties_are_those_of_least_squares_on_the_covariance() -> None:
 def test_the_scale_s_uncertainty_is_added_and_its_freedom_widens_the_interval() -> None:
     """1 % of 3 mm/s; Student's t of 4 degrees of freedom is 2.776."""
     scale = displacement(10.0, np.degrees(np.arctan2(0.8, 0.6)), sigma=0.1).model_copy(update={"degrees_of_freedom": 4})
-    fit = replace(path(30 * TIME_S), scale=scale).motion_mm
+    fit = replace(path(_px(30)), scale=scale).motion_mm
     assert fit is not None
     assert fit.speed.sigma == pytest.approx(0.03)
     assert fit.speed.value - fit.speed.low == pytest.approx(2.776445 * 0.03, rel=1e-6)
 
 
 def test_a_path_that_was_not_smoothed_tells_no_speed() -> None:
-    assert replace(path(TIME_S), covariance=None).motion_px is None
+    assert replace(path(_px(1)), covariance=None).motion_px is None
 
 
 def test_the_smoother_s_covariance_is_that_of_its_variances() -> None:
