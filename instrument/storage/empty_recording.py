@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from instrument.plan import Plan
+from instrument.recording import STAGE_COLUMNS
 from instrument.roles import ROLES, RoleName
 from instrument.storage import layout
 from instrument.storage.checksum import FRAMES_A_BLOCK
@@ -20,6 +21,7 @@ from protocols import DeviceIdentity
 
 _ROWS_PER_CHUNK = 1024
 _RAW_PER_CHUNK = 8192
+_STAGE_ROWS = 64
 _REPORT_BYTES: Final = 1 << 16
 """Room for the timing audit, which lists a thousand patterns of each kind at most."""
 _REASON_BYTES: Final = 4096
@@ -102,6 +104,8 @@ def _add_what_comes_last(entry: Group, truth_size: int | None) -> None:
     entry.add(layout.FILE_BYTES, np.zeros((), np.int64))
     entry.add_text_to_come(layout.END_TIME, len(now()))
     entry.add_text_to_come(layout.INTERRUPTED, _REASON_BYTES)
+    what = "time from the start of the modulator (s), reported (mm), commanded (mm), 1 where predicted"
+    entry.growing(layout.STAGE_POSITIONS, (STAGE_COLUMNS,), _STAGE_ROWS, long_name=what)
     entry.group("timing", "NXcollection")
     entry.add_numbers_to_come(layout.FRAME_VALID, _ROWS_PER_CHUNK, np.uint8)
     entry.add_text_to_come(layout.TIMING_REPORT, _REPORT_BYTES)

@@ -292,6 +292,7 @@ class RecordingWriter:
         frame_valid: Mask | None = None,
         report: str = "{}",
         truth: Truth | None = None,
+        stage: Floats | None = None,
         interrupted: str = "",
     ) -> None:
         """Fill in what is known only after the run, and close the file. Whoever reads it meanwhile keeps it.
@@ -300,6 +301,7 @@ class RecordingWriter:
             frame_valid: ``(frames,)``; by default the frames in which every pattern has a value.
             report: the timing audit as JSON.
             truth: simulated runs only: what really was there, ``(frames, 2)`` and the image.
+            stage: ``(n, 4)`` where the stage was, as ``StageLog.rows``.
             interrupted: why the run ended early, which makes it a partial recording; empty for a run that came to its end.
 
         Raises:
@@ -319,6 +321,8 @@ class RecordingWriter:
             entry.rows(layout.TRUTH_DISPLACEMENT_PX).write(0, truth.displacement_px)
             if truth.background is not None:
                 entry.rows(layout.TRUTH_BACKGROUND).write(0, truth.background)
+        if stage is not None:
+            entry.rows(layout.STAGE_POSITIONS).write(0, stage)
         entry.set_value(layout.TIMING_REPORT, report)
         valid = layout.measured_frames(file.values.dataset.read()) if frame_valid is None else frame_valid
         entry.rows(layout.FRAME_VALID).write(0, valid.astype(np.uint8))

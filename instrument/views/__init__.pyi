@@ -7,6 +7,7 @@ from .film import write_film as write_film
 from .live import LiveView as LiveView
 from .pictures import picture_folder as picture_folder
 from .pictures import write_pictures as write_pictures
+from .plots import compared_figure as compared_figure
 from .plots import error_figure as error_figure
 from .plots import image_figure as image_figure
 from .plots import save as save
@@ -37,10 +38,11 @@ __all__ = [
     "LiveView",
     "alignment_figure",
     "check_table",
+    "claims_table",
+    "compared_figure",
     "displacement_figures",
     "displacement_rows",
     "displacement_table",
-    "claims_table",
     "error_figure",
     "figures_table",
     "image_figure",
