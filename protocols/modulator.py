@@ -11,7 +11,7 @@ from functools import cached_property
 from typing import Protocol, Self, TypeAlias, runtime_checkable
 
 import numpy as np
-from pydantic import NonNegativeInt, PositiveInt
+from pydantic import NonNegativeFloat, NonNegativeInt, PositiveInt
 
 from protocols.errors import PatternMemoryFull, PictureTimeTooShort, PlanError
 from protocols.values import Bytes, DeviceIdentity, Frozen, Integers
@@ -40,6 +40,9 @@ class ModulatorLimits(Frozen):
 
     play_order_entries: PositiveInt
     """Length of the longest play order in pictures, the guard picture included."""
+
+    longest_upload_s: NonNegativeFloat = 0.0
+    """Longest time that storing one unique pattern takes, in seconds; 0 where that is not worth a word."""
 
     def check_sequence(self, sequence: "PatternSequence", device: str) -> None:
         """Refuse a sequence for other mirrors, or one that does not fit; ``device`` is the name that the error carries.

@@ -183,6 +183,9 @@ def _memory(built: PatternSequence, limits: ModulatorLimits) -> list[Check]:
             found.append(_error("memory", error))
         else:
             found.append(_good("memory", f"{asked} of {room} {what}"))
+    if limits.longest_upload_s:
+        longest_s = len(built.planes) * limits.longest_upload_s
+        found.append(_good("upload", f"up to {longest_s:.3g} s, if the patterns do not compress"))
     return found
 
 

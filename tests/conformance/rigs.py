@@ -100,6 +100,27 @@ def _dlp7000(**board: object) -> Generator[ModulatorRig]:
     yield modulator_rig(bench, lambda: _device("drivers.alp.plugin:plugin", bench, library))
 
 
+@contextmanager
+def dlp6500() -> Generator[ModulatorRig]:
+    """The DLPC900's driver on an emulated board with one controller."""
+    with _dlpc900("DLP6500") as rig:
+        yield rig
+
+
+@contextmanager
+def dlp9000() -> Generator[ModulatorRig]:
+    """The same on one with two, each with half of the mirrors."""
+    with _dlpc900("DLP9000") as rig:
+        yield rig
+
+
+@contextmanager
+def _dlpc900(model: str) -> Generator[ModulatorRig]:
+    bench = OpticalBench(SceneSettings())
+    reports = _transport("sim_backends.wire.dlpc900.plugin:plugin", bench, model=model, report_s=2e-6)
+    yield modulator_rig(bench, lambda: _device("drivers.dlpc900.plugin:plugin", bench, reports))
+
+
 # Counters
 
 

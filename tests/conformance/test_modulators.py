@@ -5,9 +5,9 @@ import pytest
 from protocols.conformance import ModulatorRig, RigFactory
 from protocols.conformance.test_modulator import *  # noqa: F403
 from protocols.conformance.test_modulator_machine import *  # noqa: F403
-from tests.conformance.rigs import dlp7000, dlp7000_without_table, simulated_modulator
+from tests.conformance.rigs import dlp6500, dlp7000, dlp7000_without_table, dlp9000, simulated_modulator
 
-RIGS = [simulated_modulator, dlp7000, dlp7000_without_table]
+RIGS = [simulated_modulator, dlp7000, dlp7000_without_table, dlp6500, dlp9000]
 
 
 @pytest.fixture(params=RIGS, ids=lambda factory: factory.__name__)

@@ -32,6 +32,7 @@ home_velocity_mm_s = 5.0
 _DRIVERS = {
     "simulated": 'driver = "simulated"\n',
     "alp": 'driver = "dlp7000"\ntransport = "alp-emulator"\n',
+    "dlpc900": 'driver = "dlpc900"\ntransport = "dlpc900-emulator"\n',
     "ni": 'driver = "ni"\ntransport = "ni-emulator"\n',
     "usb-ctr": 'driver = "usb-ctr"\ntransport = "usb-ctr-emulator"\n',
     "serial-counter": """driver = "serial-counter"
@@ -116,9 +117,9 @@ def scene_of(bench: Instrument) -> Any:
 
 
 @cache
-def undisturbed(frames: int) -> tuple[Floats, float]:
+def undisturbed(frames: int, pattern_rate_hz: float) -> tuple[Floats, float]:
     """``(patterns,)`` counts of a run of the same seed without any fault, and the time that it took."""
-    row = Row(fault="none", frames=frames)
+    row = Row(fault="none", frames=frames, pattern_rate_hz=pattern_rate_hz)
     with TemporaryDirectory() as name, Instrument.from_toml(bench_toml(row, Path(name))) as bench:
         seen = carry_out(bench, row, Path(name) / "clean.h5")
     assert seen.recording is not None

@@ -17,7 +17,7 @@ class Row:
     fault: str
     """What goes wrong, in words; the row's name."""
 
-    modulator: Literal["simulated", "alp"] = "simulated"
+    modulator: Literal["simulated", "alp", "dlpc900"] = "simulated"
     counter: Literal["simulated", "ni", "usb-ctr", "serial-counter"] = "simulated"
     stage: Literal["simulated", "mc600", "sc300", "zaber", "grbl"] = "simulated"
     keys: str = ""
@@ -30,6 +30,9 @@ class Row:
     """Lines of ``[scene]``."""
 
     frames: int = 40
+
+    pattern_rate_hz: float = SMALL.pattern_rate_hz
+    """Slower for a modulator that is."""
 
     error: ErrorType | None = None
     """What the run raises."""
@@ -70,7 +73,7 @@ class Row:
     @property
     def plan(self) -> Plan:
         """The run."""
-        return SMALL.model_copy(update={"frames": self.frames})
+        return SMALL.model_copy(update={"frames": self.frames, "pattern_rate_hz": self.pattern_rate_hz})
 
     @property
     def patterns(self) -> int:

@@ -2,13 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 
-from tests.faults import alp, grbl, ni, scene, serial_counter, simulated, usb_ctr, zaber, zolix
+from tests.faults import alp, dlpc900, grbl, ni, scene, serial_counter, simulated, usb_ctr, zaber, zolix
 from tests.faults.row import Row
 
 TABLE: Mapping[str, Sequence[Row]] = {
     "Sync line": scene.ROWS,
     "Simulated counter": simulated.ROWS,
     "DLP7000 on ALP-4": alp.ROWS,
+    "DLPC900": dlpc900.ROWS,
     "H10682 on NI-DAQmx": ni.ROWS,
     "H10682 on USB-CTR": usb_ctr.ROWS,
     "Serial counter": serial_counter.ROWS,

@@ -92,11 +92,11 @@ def check_error(row: Row, error: KinopixError) -> None:
 def check_bench(row: Row, seen: Seen) -> None:
     assert seen.dark
     assert seen.drift_mm == 0.0
-    assert seen.took_s < undisturbed(row.frames)[1] + PATIENCE_S
+    assert seen.took_s < undisturbed(row.frames, row.pattern_rate_hz)[1] + PATIENCE_S
 
 
 def check_recording(row: Row, recording: Recording) -> None:
-    report, clean = recording.timing, undisturbed(row.frames)[0]
+    report, clean = recording.timing, undisturbed(row.frames, row.pattern_rate_hz)[0]
     assert report is not None
     assert (report.verdict, report.patterns_recorded) == (row.verdict, row.patterns)
     assert row.gaps in (report.gaps, None)
@@ -130,6 +130,6 @@ def check_next(row: Row, seen: Seen) -> None:
     if row.again == "good":
         assert seen.error is None, seen.error
         assert seen.recording is not None
-        check_recording(Row(fault=row.fault, frames=row.frames), seen.recording)
+        check_recording(Row(fault=row.fault, frames=row.frames, pattern_rate_hz=row.pattern_rate_hz), seen.recording)
     else:
         assert type(seen.error) is row.again, seen.error

@@ -36,3 +36,21 @@ def test_the_real_drivers_count_what_the_simulated_devices_count(
     assert recording.truth is not None
     assert simulated.truth is not None
     np.testing.assert_array_equal(recording.truth.displacement_px, simulated.truth.displacement_px)
+
+
+def test_a_dlpc900_shows_what_a_simulated_modulator_of_its_size_shows(tmp_path: Path) -> None:
+    """396 patterns and the guard of the 400 that it can play, 9,009 a second."""
+    plan = PLAN.model_copy(update={"frames": 66, "pattern_rate_hz": 9000.0, "image_size": 64})
+    text = (BENCHES / "dlpc900.toml").read_text()
+    for name in ("dlpc900", "simulated"):
+        driver = 'driver = "dlpc900"\ntransport = "dlpc900-emulator"'
+        other = 'driver = "simulated"\ncolumns = 1920\nrows = 1080'
+        (tmp_path / f"{name}.toml").write_text(text if name == "dlpc900" else text.replace(driver, other))
+    recordings: list[Recording] = []
+    for name in ("dlpc900", "simulated"):
+        with Instrument.from_toml(tmp_path / f"{name}.toml") as opened:
+            recordings.append(opened.run(plan, tmp_path / f"{name}.h5"))
+    real, simulated = recordings
+    assert real.timing is not None
+    assert (real.timing.verdict, real.timing.bins_received) == ("good", 396)
+    np.testing.assert_array_equal(real.values, simulated.values)
