@@ -4,8 +4,6 @@
 ``NiTask`` the driver can be run on anything that behaves like them.
 """
 
-from collections.abc import Generator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import version
@@ -15,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.h10682.detector import NAME
-from drivers.ni.errors import NOT_YET_AVAILABLE, NiFault
+from drivers.ni.errors import NOT_YET_AVAILABLE, NiFault, ni_faults
 from protocols import InputError
 
 Edge = Literal["rising", "falling"]
@@ -131,32 +129,17 @@ def open_system(transport: object | None = None) -> NiSystem:
     return _Nidaqmx(nidaqmx, transport)
 
 
-@contextmanager
-def _faults() -> Generator[None]:
-    errors: Any = import_module("nidaqmx.errors")
-    try:
-        yield
-    except errors.DaqError as error:
-        read = int(getattr(error, "samps_per_chan_read", 0))
-        raise NiFault(str(error), int(error.error_code), samples_read=read) from error
-    except errors.RpcError as error:
-        rpc_code = str(getattr(error.rpc_code, "name", error.rpc_code))
-        raise NiFault(str(error.description), rpc_code=rpc_code) from error
-    except errors.Error as error:
-        raise NiFault(str(error)) from error
-
-
 class _Nidaqmx:
     def __init__(self, nidaqmx: Any, transport: object | None) -> None:
         self._nidaqmx = nidaqmx
         self._transport = transport
         system: Any = import_module("nidaqmx.system").System
-        with _faults():
+        with ni_faults():
             self._system: Any = system.local() if transport is None else system.remote(transport)
 
     @property
     def version(self) -> str:
-        with _faults():
+        with ni_faults():
             runtime: Any = self._system.driver_version
             return (
                 f"nidaqmx {version('nidaqmx')}, "
@@ -164,11 +147,11 @@ class _Nidaqmx:
             )
 
     def boards(self) -> tuple[str, ...]:
-        with _faults():
+        with ni_faults():
             return tuple(str(name) for name in self._system.devices.device_names)
 
     def board(self, name: str) -> NiBoardFacts:
-        with _faults():
+        with ni_faults():
             device: Any = self._system.devices[name]
             return NiBoardFacts(
                 product=str(device.product_type),
@@ -179,7 +162,7 @@ class _Nidaqmx:
             )
 
     def edge_count(self, count: EdgeCount) -> NiTask:
-        with _faults():
+        with ni_faults():
             task: Any = self._nidaqmx.Task(grpc_options=self._transport)
             try:
                 return _CounterTask(task, count)
@@ -190,7 +173,7 @@ class _Nidaqmx:
     def _serial(self, device: Any) -> str:
         """The serial number is for the record only: a board or server that has none does not stop a run."""
         try:
-            with _faults():
+            with ni_faults():
                 return f"{int(device.serial_num):X}"
         except NiFault:
             return ""
@@ -232,17 +215,17 @@ class _CounterTask:
         self._reader.verify_array_shape = False
 
     def start(self) -> None:
-        with _faults():
+        with ni_faults():
             self._task.start()
 
     def available(self) -> int:
-        with _faults():
+        with ni_faults():
             return int(self._task.in_stream.avail_samp_per_chan)
 
     def read(self, n: int) -> NiRead:
         samples = np.full(n, _UNTOUCHED, np.uint32)
         try:
-            with _faults():
+            with ni_faults():
                 got = int(self._reader.read_many_sample_uint32(samples, n, timeout=0.0))
         except NiFault as fault:
             good = samples[: fault.samples_read]
@@ -252,17 +235,17 @@ class _CounterTask:
         return NiRead(samples[:got])
 
     def acquired(self) -> int:
-        with _faults():
+        with ni_faults():
             return int(self._task.in_stream.total_samp_per_chan_acquired)
 
     def doubtful(self) -> int:
-        with _faults():
+        with ni_faults():
             return int(self._channel.ci_num_possibly_invalid_samps)
 
     def stop(self) -> None:
-        with _faults():
+        with ni_faults():
             self._task.stop()
 
     def close(self) -> None:
-        with _faults():
+        with ni_faults():
             self._task.close()
