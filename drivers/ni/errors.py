@@ -4,12 +4,8 @@ Codes and names are NI's (``nidaqmx.error_codes``); the meanings follow the fact
 in the table is passed on as ``DeviceRefused`` with NI's own text.
 """
 
-from collections.abc import Generator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum, auto
-from importlib import import_module
-from typing import Any
 
 from protocols import (
     CounterOverrun,
@@ -47,22 +43,6 @@ class NiFault(Exception):
         self.code = code
         self.rpc_code = rpc_code
         self.samples_read = samples_read
-
-
-@contextmanager
-def ni_faults() -> Generator[None]:
-    """Turn what the ``nidaqmx`` package raises into ``NiFault``."""
-    errors: Any = import_module("nidaqmx.errors")
-    try:
-        yield
-    except errors.DaqError as error:
-        read = int(getattr(error, "samps_per_chan_read", 0))
-        raise NiFault(str(error), int(error.error_code), samples_read=read) from error
-    except errors.RpcError as error:
-        rpc_code = str(getattr(error.rpc_code, "name", error.rpc_code))
-        raise NiFault(str(error.description), rpc_code=rpc_code) from error
-    except errors.Error as error:
-        raise NiFault(str(error)) from error
 
 
 @dataclass(frozen=True)

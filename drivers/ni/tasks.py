@@ -4,6 +4,8 @@
 ``NiTask`` the driver can be run on anything that behaves like them.
 """
 
+from collections.abc import Generator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import version
@@ -13,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.h10682.detector import NAME
-from drivers.ni.errors import NOT_YET_AVAILABLE, NiFault, ni_faults
+from drivers.ni.errors import NOT_YET_AVAILABLE, NiFault
 from protocols import InputError
 
 Edge = Literal["rising", "falling"]
@@ -129,17 +131,36 @@ def open_system(transport: object | None = None) -> NiSystem:
     return _Nidaqmx(nidaqmx, transport)
 
 
+@contextmanager
+def ni_faults() -> Generator[None]:
+    """Turn what the ``nidaqmx`` package raises into ``NiFault``."""
+    errors: Any = import_module("nidaqmx.errors")
+    try:
+        yield
+    except errors.DaqError as error:
+        read = int(getattr(error, "samps_per_chan_read", 0))
+        raise NiFault(str(error), int(error.error_code), samples_read=read) from error
+    except errors.RpcError as error:
+        rpc_code = str(getattr(error.rpc_code, "name", error.rpc_code))
+        raise NiFault(str(error.description), rpc_code=rpc_code) from error
+    except errors.Error as error:
+        raise NiFault(str(error)) from error
+
+
+_faults = ni_faults
+
+
 class _Nidaqmx:
     def __init__(self, nidaqmx: Any, transport: object | None) -> None:
         self._nidaqmx = nidaqmx
         self._transport = transport
         system: Any = import_module("nidaqmx.system").System
-        with ni_faults():
+        with _faults():
             self._system: Any = system.local() if transport is None else system.remote(transport)
 
     @property
     def version(self) -> str:
-        with ni_faults():
+        with _faults():
             runtime: Any = self._system.driver_version
             return (
                 f"nidaqmx {version('nidaqmx')}, "
@@ -147,11 +168,11 @@ class _Nidaqmx:
             )
 
     def boards(self) -> tuple[str, ...]:
-        with ni_faults():
+        with _faults():
             return tuple(str(name) for name in self._system.devices.device_names)
 
     def board(self, name: str) -> NiBoardFacts:
-        with ni_faults():
+        with _faults():
             device: Any = self._system.devices[name]
             return NiBoardFacts(
                 product=str(device.product_type),
@@ -162,7 +183,7 @@ class _Nidaqmx:
             )
 
     def edge_count(self, count: EdgeCount) -> NiTask:
-        with ni_faults():
+        with _faults():
             task: Any = self._nidaqmx.Task(grpc_options=self._transport)
             try:
                 return _CounterTask(task, count)
@@ -173,7 +194,7 @@ class _Nidaqmx:
     def _serial(self, device: Any) -> str:
         """The serial number is for the record only: a board or server that has none does not stop a run."""
         try:
-            with ni_faults():
+            with _faults():
                 return f"{int(device.serial_num):X}"
         except NiFault:
             return ""
@@ -215,17 +236,17 @@ class _CounterTask:
         self._reader.verify_array_shape = False
 
     def start(self) -> None:
-        with ni_faults():
+        with _faults():
             self._task.start()
 
     def available(self) -> int:
-        with ni_faults():
+        with _faults():
             return int(self._task.in_stream.avail_samp_per_chan)
 
     def read(self, n: int) -> NiRead:
         samples = np.full(n, _UNTOUCHED, np.uint32)
         try:
-            with ni_faults():
+            with _faults():
                 got = int(self._reader.read_many_sample_uint32(samples, n, timeout=0.0))
         except NiFault as fault:
             good = samples[: fault.samples_read]
@@ -235,17 +256,17 @@ class _CounterTask:
         return NiRead(samples[:got])
 
     def acquired(self) -> int:
-        with ni_faults():
+        with _faults():
             return int(self._task.in_stream.total_samp_per_chan_acquired)
 
     def doubtful(self) -> int:
-        with ni_faults():
+        with _faults():
             return int(self._channel.ci_num_possibly_invalid_samps)
 
     def stop(self) -> None:
-        with ni_faults():
+        with _faults():
             self._task.stop()
 
     def close(self) -> None:
-        with ni_faults():
+        with _faults():
             self._task.close()

@@ -7,7 +7,8 @@ from typing import Any, Literal, Protocol
 import numpy as np
 
 from drivers.h10682.detector import NAME
-from drivers.ni.errors import NOT_YET_AVAILABLE, NiFault, ni_faults
+from drivers.ni.errors import NOT_YET_AVAILABLE, NiFault
+from drivers.ni.tasks import ni_faults
 from protocols import Floats, InputError
 
 
