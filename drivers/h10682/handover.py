@@ -5,11 +5,32 @@ them until both halves of a bin are there; ``collect`` waits on the bench's cloc
 """
 
 from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from protocols import Clock, CountBlock, CounterRun, Floats, Integers, KinopixError
+
+
+class Bins(Protocol):
+    """Closed bins that the caller has still to get, and the fault that waits behind them."""
+
+    fault: KinopixError | None
+
+    @property
+    def left(self) -> int:
+        """Number of bins of the run that the caller has not got yet."""
+        ...
+
+    @property
+    def ready(self) -> int:
+        """Number of bins that ``take`` would give now."""
+        ...
+
+    def take(self) -> CountBlock:
+        """Give all that is ready."""
+        ...
 
 
 class Handover:
@@ -92,7 +113,7 @@ def bins_per_block(run: CounterRun) -> int:
 
 
 def collect(
-    handover: Handover, poll: Callable[[int], None], *, run: CounterRun, clock: Clock, timeout_s: float
+    handover: Bins, poll: Callable[[int], None], *, run: CounterRun, clock: Clock, timeout_s: float
 ) -> CountBlock:
     """Poll until about ``run.latency_s`` worth of bins is ready, the run is complete, or ``timeout_s`` has passed.
 

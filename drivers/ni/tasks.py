@@ -134,7 +134,8 @@ def open_system(transport: object | None = None) -> NiSystem:
 
 
 @contextmanager
-def _faults() -> Generator[None]:
+def ni_faults() -> Generator[None]:
+    """Turn what the ``nidaqmx`` package raises into ``NiFault``."""
     errors: Any = import_module("nidaqmx.errors")
     try:
         yield
@@ -146,6 +147,9 @@ def _faults() -> Generator[None]:
         raise NiFault(str(error.description), rpc_code=rpc_code) from error
     except errors.Error as error:
         raise NiFault(str(error)) from error
+
+
+_faults = ni_faults
 
 
 class _Nidaqmx:

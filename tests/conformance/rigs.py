@@ -190,6 +190,16 @@ def _usb_ctr(board: Mapping[str, object] = MappingProxyType({}), **settings: obj
 
 
 @contextmanager
+def ni_analog() -> Generator[CounterRig]:
+    """The driver of NI analogue inputs on an emulated board behind gRPC, which gives volts."""
+    bench = OpticalBench(PHOTONS)
+    with ExitStack() as stack:
+        options: Any = _transport("sim_backends.wire.ni_analog.plugin:plugin", bench)
+        stack.enter_context(options)
+        yield counter_rig(bench, lambda: _device("drivers.ni.analog.plugin:plugin", bench, options))
+
+
+@contextmanager
 def serial_counter() -> Generator[CounterRig]:
     """The serial counter's driver on an emulated box."""
     bench = OpticalBench(PHOTONS)

@@ -7,6 +7,7 @@ from protocols.conformance.test_counter import *  # noqa: F403
 from protocols.conformance.test_counter_machine import *  # noqa: F403
 from tests.conformance.rigs import (
     ni,
+    ni_analog,
     serial_counter,
     simulated_counter,
     simulated_light_meter,
@@ -16,7 +17,7 @@ from tests.conformance.rigs import (
 
 
 @pytest.fixture(
-    params=[simulated_counter, simulated_light_meter, ni, usb_ctr, usb_ctr_with_timer, serial_counter],
+    params=[simulated_counter, simulated_light_meter, ni, usb_ctr, usb_ctr_with_timer, serial_counter, ni_analog],
     ids=lambda factory: factory.__name__,
 )
 def open_rig(request: pytest.FixtureRequest) -> RigFactory[CounterRig]:

@@ -34,6 +34,7 @@ _DRIVERS = {
     "alp": 'driver = "dlp7000"\ntransport = "alp-emulator"\n',
     "dlpc900": 'driver = "dlpc900"\ntransport = "dlpc900-emulator"\n',
     "ni": 'driver = "ni"\ntransport = "ni-emulator"\n',
+    "ni-analog": 'driver = "ni-analog"\ntransport = "ni-analog-emulator"\n',
     "usb-ctr": 'driver = "usb-ctr"\ntransport = "usb-ctr-emulator"\n',
     "serial-counter": """driver = "serial-counter"
 transport = "serial-counter-emulator"

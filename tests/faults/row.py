@@ -18,7 +18,7 @@ class Row:
     """What goes wrong, in words; the row's name."""
 
     modulator: Literal["simulated", "alp", "dlpc900"] = "simulated"
-    counter: Literal["simulated", "ni", "usb-ctr", "serial-counter"] = "simulated"
+    counter: Literal["simulated", "ni", "ni-analog", "usb-ctr", "serial-counter"] = "simulated"
     stage: Literal["simulated", "mc600", "sc300", "zaber", "grbl"] = "simulated"
     keys: str = ""
     """Lines of the faulty device's own table."""

@@ -54,3 +54,25 @@ def test_a_dlpc900_shows_what_a_simulated_modulator_of_its_size_shows(tmp_path: 
     assert real.timing is not None
     assert (real.timing.verdict, real.timing.bins_received) == ("good", 396)
     np.testing.assert_array_equal(real.values, simulated.values)
+
+
+def test_analogue_inputs_give_the_light_to_their_stated_noise(tmp_path: Path) -> None:
+    """Volts for the photons of a simulated counter on the same bench; the report of the run states their noise."""
+    plan = PLAN.model_copy(update={"frames": 50, "image_size": 32})
+    text = (BENCHES / "ni-analog.toml").read_text()
+    real = 'driver = "ni-analog"\ntransport = "ni-analog-emulator"\n\n[counter.emulator]\nnoise_v = 0.002'
+    assert real in text
+    recordings: list[Recording] = []
+    for name, bench in (("analog", text), ("counted", text.replace(real, 'driver = "simulated"'))):
+        (tmp_path / f"{name}.toml").write_text(bench)
+        with Instrument.from_toml(tmp_path / f"{name}.toml") as opened:
+            recordings.append(opened.run(plan, tmp_path / f"{name}.h5"))
+    volts, counts = recordings
+    assert volts.timing is not None
+    assert volts.timing.verdict == "good"
+    assert not volts.photon_counts
+    (note,) = (note for note in volts.timing.notes if "noise of one" in note)
+    stated_v = float(note.split("noise of one ")[1].split(" V")[0])
+    assert stated_v == pytest.approx(0.002 / np.sqrt(17), rel=0.1)  # 25 samples a picture, 8 left out
+    error_v = volts.values - 1e-3 * counts.values
+    assert np.sqrt(np.mean(error_v**2)) == pytest.approx(stated_v, rel=0.15)

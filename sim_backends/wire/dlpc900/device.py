@@ -50,7 +50,7 @@ class EmulatedDlpc900:
         self._lock = threading.RLock()
         self._columns, self._rows = _MIRRORS[settings.model]
         self._halves = 2 if settings.model == "DLP9000" else 1
-        self._mode = settings.power_up_mode
+        self._mode: int = settings.power_up_mode
         self._error = 0
         self._reports: deque[bytes] = deque()
         self._typed = b""
