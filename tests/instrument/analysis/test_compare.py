@@ -27,7 +27,7 @@ def test_an_image_is_moved_and_scaled_onto_the_reference() -> None:
     there = square()
     image = 0.25 * np.roll(there, (3, -5), axis=(0, 1))
     found = compare_images(there, image)
-    assert found.figures.shift_px == (pytest.approx(5.0, abs=1e-3), pytest.approx(-3.0, abs=1e-3))
+    assert found.figures.shift_px == pytest.approx((5.0, -3.0), abs=1e-3)
     assert found.figures.psnr_db > 60
     assert found.figures.ssim_global == pytest.approx(1.0, abs=1e-4)
     assert found.figures.edge_width_px == pytest.approx(found.figures.reference_edge_width_px, rel=1e-3)
