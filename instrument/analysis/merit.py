@@ -58,6 +58,12 @@ class Figures(Frozen):
     start_error_px: NonNegativeFloat | None = None
     """Its distance from the centroid of the true image."""
 
+    turn_deg: float | None = None
+    """Angle of the last frame against frame 0, clockwise as one looks at the picture; None where the scheme sees none."""
+
+    turn_sigma_deg: NonNegativeFloat | None = None
+    """Median of the stated standard deviation of the angle."""
+
     displacement_mse_px2: float | None = None
     """Mean squared error of the displacement over frames and both axes, relative to frame 0."""
 
@@ -101,6 +107,9 @@ class Figures(Frozen):
             (x, y), (sigma_x, sigma_y) = self.start_px, self.start_sigma_px
             error = "" if self.start_error_px is None else f" (off by {self.start_error_px:.2f})"
             rows["centroid at frame 0"] = f"{x:.2f} +- {sigma_x:.2f}, {y:.2f} +- {sigma_y:.2f} px{error}"
+        if self.turn_deg is not None:
+            sigma = "-" if self.turn_sigma_deg is None else f"{self.turn_sigma_deg:.2f}"
+            rows["turn"] = f"{self.turn_deg:.2f} degrees clockwise (+- {sigma}, median)"
         if self.displacement_mse_px2 is not None and self.displacement_mse_offset_free_px2 is not None:
             rows["displacement MSE"] = (
                 f"{self.displacement_mse_px2:.4f} px^2 ({self.displacement_mse_offset_free_px2:.4f} offset-free)"
@@ -196,6 +205,10 @@ def _path_figures(trajectory: Trajectory | None, truth: Truth | None) -> dict[st
         "travel_px": tuple(found_px[-1].tolist()),
         "sigma_px": sigma_px if np.isfinite(sigma_px) and sigma_px > 0 else None,
     }
+    if trajectory.angle_deg is not None and trajectory.angle_sigma_deg is not None:
+        turn_sigma = float(np.median(trajectory.angle_sigma_deg))
+        figures["turn_deg"] = float(trajectory.angle_deg[-1])
+        figures["turn_sigma_deg"] = turn_sigma if np.isfinite(turn_sigma) else None
     if trajectory.start_px is not None and trajectory.start_sigma_px is not None:
         figures["start_px"] = tuple(trajectory.start_px.tolist())
         figures["start_sigma_px"] = tuple(trajectory.start_sigma_px.tolist())

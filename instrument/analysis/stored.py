@@ -9,7 +9,7 @@ from instrument.choices import Background, Grid, Method, Normalise, Tracking
 from instrument.measurement import LightModel
 from instrument.recording import Recording
 from instrument.storage import open_recording, recording_info, refuse_unchangeable, refuse_while_written, write_analysis
-from protocols import InputError
+from protocols import Floats, InputError
 
 
 def analyse_path(
@@ -124,6 +124,8 @@ def store(path: str | Path, recording: Recording, analysis: Analysis, results: s
         path,
         displacement_px=None if found is None else analysis.padded(found.displacement_px, frames),
         sigma_px=None if found is None else analysis.padded(found.sigma_px, frames),
+        angle_deg=_of_run(analysis, None if found is None else found.angle_deg),
+        angle_sigma_deg=_of_run(analysis, None if found is None else found.angle_sigma_deg),
         start_px=None if found is None else found.start_px,
         start_sigma_px=None if found is None else found.start_sigma_px,
         image=analysis.image,
@@ -138,3 +140,8 @@ def store(path: str | Path, recording: Recording, analysis: Analysis, results: s
         },
         into=results,
     )
+
+
+def _of_run(analysis: Analysis, series: Floats | None) -> Floats | None:
+    """Append NaN for the frames at the end of the recording that were not analysed, ``(frames,)`` in all."""
+    return None if series is None else analysis.padded(series[:, None], len(analysis.recording))[:, 0]

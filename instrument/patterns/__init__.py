@@ -3,7 +3,7 @@
 from instrument.patterns.dither import floyd_steinberg
 from instrument.patterns.fourier import fourier_pattern, fringe
 from instrument.patterns.hadamard import HadamardOrder, hadamard_order, hadamard_signs, walsh_matrix
-from instrument.patterns.moment import moment_pattern, ramp
+from instrument.patterns.moment import moment_pattern, ramp, saddle, saddle_pattern
 
 __all__ = [
     "HadamardOrder",
@@ -14,5 +14,7 @@ __all__ = [
     "hadamard_signs",
     "moment_pattern",
     "ramp",
+    "saddle",
+    "saddle_pattern",
     "walsh_matrix",
 ]

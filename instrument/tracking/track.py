@@ -5,9 +5,11 @@ from typing import get_args
 from instrument.choices import TrackingMethod
 from instrument.measurement import Measurement, first_light
 from instrument.recording import Recording
+from instrument.schemes import position_of
 from instrument.tracking.per_frame import track_per_frame
 from instrument.tracking.start import with_start
 from instrument.tracking.trajectory import Trajectory
+from instrument.tracking.turning import with_angle
 from instrument.tracking.whole_run import track_smooth
 from protocols import InputError
 
@@ -39,7 +41,7 @@ def track(
     settings = {name: value for name, value in given.items() if value is not None}
     if method == "per-frame":
         measurement = Measurement.of(recording)
-        return with_start(measurement, track_per_frame(measurement, **settings))
+        return _placed(measurement, track_per_frame(measurement, **settings))
     if method != "smooth":
         raise InputError(
             saw=f"the tracking method {method!r}",
@@ -53,4 +55,11 @@ def track(
             remedy='leave it out, or ask for method="per-frame"',
         )
     measurement = first_light(recording)
-    return with_start(measurement, track_smooth(measurement))
+    return _placed(measurement, track_smooth(measurement))
+
+
+def _placed(measurement: Measurement, trajectory: Trajectory) -> Trajectory:
+    """Give the absolute position and the angle, where the scheme measures them."""
+    turn = position_of(measurement.scheme).turn
+    placed = with_start(measurement, trajectory)
+    return placed if turn is None else with_angle(measurement, placed, turn)

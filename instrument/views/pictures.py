@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from instrument.analysis import Analysis
-from instrument.views.plots import error_figure, image_figure, save, timing_figure, trajectory_figure
+from instrument.views.plots import angle_figure, error_figure, image_figure, save, timing_figure, trajectory_figure
 from instrument.views.summary import summary_figure
 from protocols import InputError
 
@@ -50,6 +50,8 @@ def write_pictures(analysis: Analysis, folder: Path, stem: str = "") -> list[Pat
         figures["background"] = image_figure(analysis.reconstruction.still, None, "what stands still")
     if path is not None:
         figures["trajectory"] = trajectory_figure(path.time_s, path.displacement_px, truth_px)
+        if path.angle_deg is not None:
+            figures["angle"] = angle_figure(path.time_s, path.angle_deg, path.angle_sigma_deg)
         if truth_px is not None:
             figures["error"] = error_figure(path.time_s, path.displacement_px - truth_px, path.sigma_px)
     if recording.edge_time_s is not None:
