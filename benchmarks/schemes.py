@@ -27,7 +27,8 @@ from instrument.schemes import scheme_of
 from instrument.tracking import Trajectory, track
 from protocols import Floats, Truth
 
-SCHEMES = ("fourier-hadamard", "moment-hadamard", "fourier-3step")
+SCHEMES = ("fourier-hadamard", "moment-hadamard", "fourier-3step", "fourier-4step", "moment", "moment-complementary")
+PUBLISHED = ("fourier-3step", "moment", "moment-complementary")
 PAIRS = 4998
 COLUMNS = ((10, 4), (6, 1), (9, 4), (6, 1), (9, 4), (6, 1), (8, 2), (8, 2), (7, 2))
 """Width and digits of each figure of ``followed``."""
@@ -86,6 +87,29 @@ def unfollowed(motion: str | None, seed: int, *, sigma: float) -> list[float]:
     ]
 
 
+def published(name: str, seed: int, *, sigma: float) -> list[float]:
+    """Root mean square of the absolute position's error, each frame by itself, x and y; of the displacement, for phases."""
+    recording, truth = one_run({"name": name}, "I", seed, sigma)
+    found = track(recording, "per-frame")
+    error = found.displacement_px - truth.displacement_px
+    if found.start_px is not None:
+        measured = Measurement.of(recording).observe(steady=False, as_measured=True)
+        light = truth.image.sum()
+        line = np.arange(len(truth.image))
+        start_px = np.array([truth.image.sum(axis=0) @ line, truth.image.sum(axis=1) @ line]) / light
+        error = measured.signal.real - start_px - truth.displacement_px
+    return np.sqrt(np.mean(error**2, axis=0)).tolist()
+
+
+def print_published(seeds: int, sigma: float, kilohertz: float = 22.2) -> None:
+    """Print what the schemes' own papers print: frames a second and root mean square error."""
+    print(f"{'scheme':22}{'frames/s at ' + format(kilohertz, 'g') + ' kHz':>22}{'RMSE x':>9}{'y, px':>8}")
+    for name in PUBLISHED:
+        patterns = Plan.model_validate({"frames": 1, "scheme": name}).patterns_per_frame
+        x, y = _mean(partial(published, name, sigma=sigma), seeds)
+        print(f"{name:22}{1e3 * kilohertz / patterns:22.0f}{x:9.3f}{y:8.3f}", flush=True)
+
+
 def _of_path(found: Trajectory, truth: Truth) -> list[float]:
     error = np.abs(found.displacement_px - truth.displacement_px)[1:]
     covered = 100 * float(np.mean(error <= 1.96 * found.sigma_px[1:]))
@@ -110,7 +134,13 @@ def main() -> None:
         "--upsampling", type=int, default=None, help="dithering samples a pixel side; the scheme's own if not given"
     )
     parser.add_argument("--only", default="", help="schemes whose name has this in it")
+    parser.add_argument(
+        "--published", action="store_true", help="rates and errors as the schemes' own papers print them"
+    )
     options = parser.parse_args()
+    if options.published:
+        print_published(options.seeds, options.sigma)
+        return
     finer = {} if options.upsampling is None else {"upsampling": options.upsampling}
     print(f"{'scheme':17}{'motion':7}{'per-frame':>10}{'%':>6}{'smooth':>9}{'%':>6}{'joint':>9}{'%':>6}", end="")
     print(f"{'mu 16':>8}{'mu 256':>8}{'ours':>7}")

@@ -11,7 +11,7 @@ from instrument.analysis.causes import numbers_that_end, refuse_endless, refuse_
 from instrument.analysis.merit import Figures, figures_of
 from instrument.analysis.stage_figures import stage_figures
 from instrument.choices import Background, Grid, Method, Normalise, Tracking, TrackingMethod
-from instrument.joint import grid_of, refine
+from instrument.joint import grid_of, refine, refine_turn
 from instrument.measurement import LightModel, Measurement, first_light, usable_frames
 from instrument.reconstruction import Reconstruction, method_of, reconstruct
 from instrument.recording import Recording
@@ -84,6 +84,20 @@ def _placed(measurement: Measurement, trajectory: Trajectory, found: Reconstruct
         return with_start(measurement, trajectory)
     still = None if found.still is None else found.still * found.gain
     return with_start(measurement, trajectory, image=found.at_patterns, still=still)
+
+
+def _refuse_turned(method: Method) -> None:
+    """Refuse a method whose rows do not turn.
+
+    Raises:
+        InputError: it is another one than ``tv``.
+    """
+    if method != "tv":
+        raise InputError(
+            saw=f"the method {method} for an object that turns",
+            expected="tv, the one whose rows turn with the object",
+            remedy='leave the method out, or record with the scheme "moment-hadamard"',
+        )
 
 
 def _refuse_tracking(tracking: Tracking, mean_filter: int | None) -> None:
@@ -161,7 +175,11 @@ def analyse(
             way: TrackingMethod = "per-frame" if tracking == "per-frame" else "smooth"
             trajectory = track(measurement, way, mean_filter=mean_filter)
         tell("reconstructing", 1, 3)
-        if measurement.scheme.image_rows is not None:
+        if trajectory is not None and trajectory.angle_deg is not None:
+            _refuse_turned(method)
+            turned = refine_turn(measurement, trajectory, refined=tracking == "joint")
+            trajectory, reconstruction, refinements = turned.trajectory, turned.image, turned.refinements
+        elif measurement.scheme.image_rows is not None:
             chosen = method_of(method)
             finer = 1 if trajectory is None or not chosen.finer else None if grid == "auto" else int(grid)
             still = wanted == "fit"

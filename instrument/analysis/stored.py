@@ -124,6 +124,8 @@ def store(path: str | Path, recording: Recording, analysis: Analysis, results: s
         path,
         displacement_px=None if found is None else analysis.padded(found.displacement_px, frames),
         sigma_px=None if found is None else analysis.padded(found.sigma_px, frames),
+        angle_deg=_of_run(analysis, None if found is None else found.angle_deg),
+        angle_sigma_deg=_of_run(analysis, None if found is None else found.angle_sigma_deg),
         start_px=None if found is None else found.start_px,
         start_sigma_px=None if found is None else found.start_sigma_px,
         displacement_mm=_in_mm(analysis, frames)[0],
@@ -140,6 +142,11 @@ def store(path: str | Path, recording: Recording, analysis: Analysis, results: s
         },
         into=results,
     )
+
+
+def _of_run(analysis: Analysis, series: Floats | None) -> Floats | None:
+    """Append NaN for the frames at the end of the recording that were not analysed, ``(frames,)`` in all."""
+    return None if series is None else analysis.padded(series[:, None], len(analysis.recording))[:, 0]
 
 
 def _in_mm(analysis: Analysis, frames: int) -> tuple[Floats | None, Floats | None]:

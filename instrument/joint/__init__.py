@@ -2,5 +2,6 @@
 
 from instrument.joint.grid import grid_of
 from instrument.joint.refine import Refined, refine
+from instrument.joint.turning import RefinedTurn, refine_turn
 
-__all__ = ["Refined", "grid_of", "refine"]
+__all__ = ["Refined", "RefinedTurn", "grid_of", "refine", "refine_turn"]

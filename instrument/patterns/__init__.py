@@ -3,7 +3,7 @@
 from instrument.patterns.dither import floyd_steinberg
 from instrument.patterns.fourier import fourier_pattern, fringe
 from instrument.patterns.hadamard import HadamardOrder, hadamard_order, hadamard_signs, walsh_matrix
-from instrument.patterns.moment import moment_pattern, ramp
+from instrument.patterns.moment import moment_pattern, ramp, saddle, saddle_pattern
 from instrument.patterns.picture_file import picture_of_file
 from instrument.patterns.pictures import LETTER_WIDTH, PICTURES, letter, picture
 
@@ -21,5 +21,7 @@ __all__ = [
     "picture",
     "picture_of_file",
     "ramp",
+    "saddle",
+    "saddle_pattern",
     "walsh_matrix",
 ]

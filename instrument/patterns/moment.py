@@ -40,3 +40,34 @@ def moment_pattern(size: int, axis: Literal["x", "y"], upsampling: int = 1) -> B
     pattern = floyd_steinberg(ramp(size, axis, upsampling))
     pattern.flags.writeable = False
     return pattern
+
+
+def saddle(size: int, axes: Literal["squares", "product"], upsampling: int = 1) -> Floats:
+    """Give a second-order moment pattern about the middle of the field, 0 at two ends of the field and 1 at the others.
+
+    With u = x - (m - 1)/2 and v = y - (m - 1)/2 it is P = 1/2 + 2 (u^2 - v^2) / m^2 (``squares``) or P = 1/2 + 2 u v / m^2
+    (``product``): the value over the total light is 1/2 plus 2 / m^2 times the mean of u^2 - v^2, or of u v.
+
+    Args:
+        size: image pixels a side of the field (m).
+        axes: which of both.
+        upsampling: samples a side of one pixel.
+
+    Returns:
+        Grey values from 0 to 1, ``(size * upsampling, size * upsampling)``, row = y.
+    """
+    samples = size * upsampling
+    line = ((np.arange(samples) + 0.5) / samples - 0.5) ** (2 if axes == "squares" else 1)
+    v, u = line[:, None], line[None, :]
+    return np.asarray(0.5 + 2 * (u - v if axes == "squares" else u * v), np.float64)
+
+
+@lru_cache(maxsize=16)
+def saddle_pattern(size: int, axes: Literal["squares", "product"], upsampling: int = 1) -> Bytes:
+    """Give the binary pattern that represents ``saddle``, by Floyd-Steinberg dithering.
+
+    The array is made once, kept, and read-only.
+    """
+    pattern = floyd_steinberg(saddle(size, axes, upsampling))
+    pattern.flags.writeable = False
+    return pattern

@@ -10,10 +10,12 @@ from instrument.reconstruction.problem import Places, Problem
 from instrument.reconstruction.reconstruct import Reconstruction, binned, reconstruct
 from instrument.reconstruction.region import Region
 from instrument.reconstruction.shifted_hadamard import ShiftedHadamard
+from instrument.reconstruction.turned_hadamard import DenseRows, TurnedRows
 from instrument.reconstruction.walsh_rows import walsh_changes, walsh_rows
 
 __all__ = [
     "METHODS",
+    "DenseRows",
     "Field",
     "FixedPatterns",
     "ImageMethod",
@@ -25,6 +27,7 @@ __all__ = [
     "ShiftedHadamard",
     "Solution",
     "Solver",
+    "TurnedRows",
     "binned",
     "ghost_image",
     "hadamard_values",

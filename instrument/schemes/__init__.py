@@ -11,6 +11,7 @@ from instrument.schemes.ramps import Ramps
 from instrument.schemes.reading import PositionReading, Signals, as_signals, fourier_reading, moment_reading
 from instrument.schemes.scheme import ImageRows, Scheme, image_rows_of, position_of
 from instrument.schemes.select import scheme_of
+from instrument.schemes.turn import TurnReading
 
 __all__ = [
     "Axis",
@@ -31,6 +32,7 @@ __all__ = [
     "SchemePlugin",
     "SchemeSettings",
     "Signals",
+    "TurnReading",
     "as_signals",
     "fourier_reading",
     "fringe_patterns",

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from instrument.schemes.columns import Axis, Column, Role
 from instrument.schemes.ramps import Ramps
+from instrument.schemes.turn import TurnReading
 from protocols import Floats, Integers
 
 Signals: TypeAlias = NDArray[np.complex128]
@@ -47,6 +48,9 @@ class PositionReading:
 
     ramps: Ramps | None = None
     """Ramps of the first frames, which give the absolute position; None where there are none."""
+
+    turn: TurnReading | None = None
+    """Patterns that give the object's angle; None where there are none."""
 
     @cached_property
     def weights(self) -> Floats:

@@ -20,6 +20,8 @@ def write_analysis(
     displacement_px: Floats | None,
     image: Floats | None,
     sigma_px: Floats | None = None,
+    angle_deg: Floats | None = None,
+    angle_sigma_deg: Floats | None = None,
     start_px: Floats | None = None,
     start_sigma_px: Floats | None = None,
     displacement_mm: Floats | None = None,
@@ -41,6 +43,8 @@ def write_analysis(
         image: ``(rows, columns)`` the reconstructed image at frame 0, row = y (down), column = x; None where the scheme only
             tracks. It covers the whole field, whatever the number of its pixels.
         sigma_px: ``(frames, 2)`` standard uncertainty of ``displacement_px``.
+        angle_deg: ``(frames,)`` angle since frame 0, clockwise in the picture; NaN where unknown; None where it was not measured.
+        angle_sigma_deg: ``(frames,)`` its standard uncertainty.
         start_px: ``(2,)`` x, y of the object's centroid at frame 0, in px of the field; None where it was not measured.
         start_sigma_px: ``(2,)`` its standard uncertainty.
         displacement_mm: ``(frames, 2)`` along the stage's axis and across it, relative to frame 0; None without a calibration.
@@ -85,6 +89,10 @@ def write_analysis(
             track.add("displacement_px", displacement_px, units="px", long_name="x, y relative to frame 0")
             if sigma_px is not None:
                 track.add("sigma_px", sigma_px, units="px")
+            if angle_deg is not None:
+                track.add("angle_deg", angle_deg, units="degree", long_name="turn since frame 0, from x to y")
+            if angle_sigma_deg is not None:
+                track.add("angle_sigma_deg", angle_sigma_deg, units="degree")
             if start_px is not None:
                 track.add("start_px", start_px, units="px", long_name="x, y of the centroid at frame 0 in the field")
             if start_sigma_px is not None:

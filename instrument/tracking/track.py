@@ -6,9 +6,11 @@ from typing import get_args
 from instrument.choices import TrackingMethod
 from instrument.measurement import Measurement, first_light
 from instrument.recording import Recording
+from instrument.schemes import position_of
 from instrument.tracking.per_frame import track_per_frame
 from instrument.tracking.start import with_start
 from instrument.tracking.trajectory import Trajectory
+from instrument.tracking.turning import with_angle
 from instrument.tracking.whole_run import track_smooth
 from protocols import InputError
 
@@ -40,7 +42,7 @@ def track(
     settings = {name: value for name, value in given.items() if value is not None}
     if method == "per-frame":
         measurement = Measurement.of(recording)
-        return _scaled(with_start(measurement, track_per_frame(measurement, **settings)), recording)
+        return _scaled(_placed(measurement, track_per_frame(measurement, **settings)), recording)
     if method != "smooth":
         raise InputError(
             saw=f"the tracking method {method!r}",
@@ -54,10 +56,17 @@ def track(
             remedy='leave it out, or ask for method="per-frame"',
         )
     measurement = first_light(recording)
-    return _scaled(with_start(measurement, track_smooth(measurement)), recording)
+    return _scaled(_placed(measurement, track_smooth(measurement)), recording)
 
 
 def _scaled(trajectory: Trajectory, recording: Recording | Measurement) -> Trajectory:
     """Give a path the scale of the bench that it was recorded on, where a recording tells it."""
     known = recording.calibration if isinstance(recording, Recording) else None
     return trajectory if known is None else replace(trajectory, scale=known.displacement)
+
+
+def _placed(measurement: Measurement, trajectory: Trajectory) -> Trajectory:
+    """Give the absolute position and the angle, where the scheme measures them."""
+    turn = position_of(measurement.scheme).turn
+    placed = with_start(measurement, trajectory)
+    return placed if turn is None else with_angle(measurement, placed, turn)

@@ -34,6 +34,13 @@ class Trajectory:
     valid: Mask
     """``(frames,)``: whether the frame was measured; the displacement of the others is interpolated."""
 
+    angle_deg: Floats | None = None
+    """``(frames,)``: angle by which the object has turned since frame 0, from x to y, clockwise as one looks at the picture; the
+    displacement is then that of its centroid. None where the scheme sees no angle."""
+
+    angle_sigma_deg: Floats | None = None
+    """``(frames,)``: standard deviation of ``angle_deg``."""
+
     start_px: Floats | None = None
     """``(2,)``: x, y of the object's centroid at frame 0, in px of the field, whose first pixel has its middle at 0; None where
     the scheme measures displacement alone."""

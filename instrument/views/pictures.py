@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from instrument.analysis import Analysis
-from instrument.views.plots import error_figure, image_figure, save, timing_figure, trajectory_figure
+from instrument.views.plots import angle_figure, error_figure, image_figure, save, timing_figure, trajectory_figure
 from instrument.views.summary import summary_figure
 from protocols import InputError
 
@@ -52,6 +52,8 @@ def write_pictures(analysis: Analysis, folder: Path, stem: str = "") -> list[Pat
         figures["trajectory"] = trajectory_figure(
             path.time_s, path.displacement_px, truth_px, None if path.scale is None else path.scale.px_per_mm
         )
+        if path.angle_deg is not None:
+            figures["angle"] = angle_figure(path.time_s, path.angle_deg, path.angle_sigma_deg)
         if truth_px is not None:
             figures["error"] = error_figure(path.time_s, path.displacement_px - truth_px, path.sigma_px)
     if recording.edge_time_s is not None:

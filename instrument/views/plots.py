@@ -136,6 +136,26 @@ def trajectory_figure(
     return figure
 
 
+def angle_figure(time_s: Floats, angle_deg: Floats, sigma_deg: Floats | None) -> Figure:
+    """Show the angle since frame 0 over time, with a band of two stated standard deviations.
+
+    Args:
+        time_s: ``(frames,)`` middle of each frame.
+        angle_deg: ``(frames,)`` angle, clockwise in the picture.
+        sigma_deg: ``(frames,)`` its standard deviation; None draws no band.
+    """
+    figure = new_figure(7, 4)
+    axes = figure.subplots()
+    if sigma_deg is not None and np.isfinite(sigma_deg).all():
+        low, high = angle_deg - 2 * sigma_deg, angle_deg + 2 * sigma_deg
+        axes.fill_between(time_s, low, high, color=X_COLOUR, alpha=0.2, linewidth=0, label="2 sigma, stated")
+    axes.plot(time_s, angle_deg, color=X_COLOUR, label="turn since frame 0, clockwise")
+    axes.set_xlabel("time, s")
+    axes.set_ylabel("degrees")
+    axes.legend(loc="best", frameon=False)
+    return figure
+
+
 def error_figure(time_s: Floats, error_px: Floats, sigma_px: Floats | None) -> Figure:
     """Show the error of the displacement over time, with a band of two stated standard deviations.
 
