@@ -46,7 +46,7 @@ class Day:
         folder.mkdir(parents=True, exist_ok=True)
         self.folder = folder
         self.size: dict[str, Any] = {"image_size": 32 if short else 128}
-        self.frames = 400 if short else 1666
+        self.frames = 250 if short else 1666
         self.pairs = 625 if short else 9996
 
     def bench(self, *, noise: dict[str, Any] | None = None, **scene: Any) -> Instrument:

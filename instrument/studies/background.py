@@ -1,6 +1,7 @@
 """Figures 8 and 9 of the paper: a stationary background, from weak to as bright as the object."""
 
 from dataclasses import replace
+from itertools import pairwise
 from typing import Final
 
 from instrument.studies.experiment import EXPERIMENT
@@ -28,17 +29,23 @@ def compute(settings: Simulated, seed: int) -> dict[str, Outcome]:
 
 def claims(summary: Summary) -> list[Claim]:
     """Quality falls with the background, and the filter helps."""
-    found: list[Claim] = []
-    for processing in (_PLAIN, _FILTERED):
-        means = [summary.mean(f"R = {ratio:.2f}", processing, "psnr_db") for ratio in _RATIOS]
-        text = f"{processing}: PSNR falls with the background: {', '.join(f'{mean:.1f}' for mean in means)} dB"
-        found.append(Claim(text, sorted(means, reverse=True) == means))
+    found = [_falls(summary, processing) for processing in (_PLAIN, _FILTERED)]
     for metric, less in (("mse_px2", True), ("psnr_db", False)):
         pairs = [[summary.mean(f"R = {ratio:.2f}", of, metric) for of in (_PLAIN, _FILTERED)] for ratio in _RATIOS]
         helps = all(filtered < plain if less else filtered > plain for plain, filtered in pairs)
         text = ", ".join(f"{plain:.3g} to {filtered:.3g}" for plain, filtered in pairs)
         found.append(Claim(f"the filter helps at every R: {METRICS[metric].title} {text}", helps))
     return found
+
+
+def _falls(summary: Summary, processing: str) -> Claim:
+    """Whether PSNR falls from the weakest background to the brightest, and rises nowhere by more than its standard error."""
+    spreads = [summary.spreads.get((f"R = {ratio:.2f}", processing, "psnr_db")) for ratio in _RATIOS]
+    known = [spread for spread in spreads if spread is not None]
+    text = f"{processing}: PSNR falls with the background, within its standard error: "
+    text += f"{', '.join(f'{spread.mean:.1f}' for spread in known)} dB"
+    level = all(after.mean - before.mean <= after.deviation / after.count**0.5 for before, after in pairwise(known))
+    return Claim(text, len(known) == len(_RATIOS) and level and known[-1].mean < known[0].mean)
 
 
 STUDY: Final = Study(
@@ -62,7 +69,9 @@ STUDY: Final = Study(
         """
         Figs. 8 and 9 are measured and shown as images and curves, without figures in print. Here only the photons of
         the background, counted twice, make things worse with 1/R: a lamp that drifts between the two runs would do so
-        too. Kinopix needs no second run: the last column is given the run with the object alone.
+        too. The last column is given the run with the object alone. There Kinopix is not equally good at every R: at
+        8.60 and 1.04 its path is ten times worse than with the background subtracted, which three seeds do not explain,
+        and we do not know why.
         """
     ),
     axis=Axis("1 / R, background over object"),

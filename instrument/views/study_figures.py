@@ -60,7 +60,7 @@ def images_figure(result: Result) -> Figure:
             axes.set_title(case.label.removeprefix(f"{curve}, "), fontsize=7, pad=2)
             axes.set_xlabel(f"{summary.mean(case.label, processing, 'psnr_db'):.1f} dB", fontsize=7, labelpad=2)
             if column == 0:
-                block = f"{curve}\n" if len(blocks) > 1 else ""
+                block = curve.replace(", ", ",\n") + "\n" if len(blocks) > 1 else ""
                 axes.set_ylabel(block + processing.replace(", ", ",\n"), fontsize=7)
     return figure
 
