@@ -6,8 +6,9 @@ from typing import Final, Literal, Protocol, TypeAlias
 from instrument.acquisition.alignment import AlignedBlock, Aligner
 from instrument.acquisition.audit import TimingAudit
 from instrument.acquisition.devices import Devices
+from instrument.acquisition.stage_watch import StageWatch
 from instrument.plan import Plan
-from instrument.recording import TimingReport
+from instrument.recording import StageLog, TimingReport
 from instrument.schemes import Scheme
 from protocols import (
     CountBlock,
@@ -77,6 +78,9 @@ class Outcome:
 
     motion: Motion | None = None
     """The stage's motion, over or not; None where the plan has none."""
+
+    stage: StageLog | None = None
+    """Where the stage was, as its controller told; None where it told nothing."""
 
     error: BaseException | None = None
     """What ended the run early; what was recorded until then is good."""
@@ -159,7 +163,7 @@ def acquire(
         told = devices.counter.disarm()
     except Exception as caught:  # noqa: BLE001 - as above
         told, error = CounterReport(bins_closed=reader.bins, notes=(str(caught),)), error or caught
-    return Outcome(audit.report(told), audit.frame_valid(told), reader.motion, error)
+    return Outcome(audit.report(told), audit.frame_valid(told), reader.motion, reader.watch.log, error)
 
 
 def _still_playing(modulator: PatternModulator) -> bool:
@@ -184,11 +188,13 @@ class _Reader:
         self._armed = CounterRun(n_bins=room if most is None else min(room, most), period_s=period_s)
         self.bins = 0
         self._plays_until_s = 0.0
+        self.watch = StageWatch(devices.stage, devices.clock)
         self.motion: Motion | None = None
 
     def run(self, plan: Plan) -> None:
         modulator, counter, host = self._devices.modulator, self._devices.counter, self._host
         host.phase("arming")
+        self.watch.look()
         counter.arm(self._armed)
         if plan.motion is not None:
             host.phase("running up")
@@ -196,13 +202,14 @@ class _Reader:
             self._run_up(plan.motion.run_up_s)
         host.phase("counting")
         modulator.start()
+        self.watch.started()
         self._plays_until_s = self._devices.clock.now_s() + self._patterns * self._armed.period_s
         host.checkpoint()
         self._read_all()
         host.phase("coming to rest")
         modulator.wait(STALL_MARGIN_S + STALL_PERIODS * self._armed.period_s)
         if self.motion is not None:
-            self.motion.wait()
+            self.watch.take(self.motion.wait())
 
     def _run_up(self, run_up_s: float) -> None:
         clock = self._devices.clock
@@ -219,6 +226,8 @@ class _Reader:
             block = self._read(waited_s)
             if len(block):
                 self._take(block)
+            if self.motion is not None and len(block):
+                self.watch.look_again()
             self._host.checkpoint()
             if not len(block):
                 self._aligner.place(block)  # which tells a block that was lost from edges that never came

@@ -9,6 +9,7 @@ import numpy as np
 
 from instrument.analysis.causes import numbers_that_end, refuse_endless, refuse_hopeless, refuse_size
 from instrument.analysis.merit import Figures, figures_of
+from instrument.analysis.stage_figures import stage_figures
 from instrument.choices import Background, Grid, Method, Tracking
 from instrument.joint import grid_of, refine
 from instrument.measurement import LightModel, Measurement, first_light, usable_frames
@@ -145,6 +146,7 @@ def analyse(
     with numbers_that_end():
         if reconstruction is not None:
             ignored = reconstruct(measurement, None, "conventional").image
-        figures = figures_of(measurement, recording.truth, trajectory, reconstruction, took_s)
+        stage = None if trajectory is None else stage_figures(recording, trajectory)
+        figures = figures_of(measurement, recording.truth, trajectory, reconstruction, took_s, stage=stage)
     tell("done", 3, 3)
     return Analysis(recording, tracking, trajectory, reconstruction, ignored, refinements, measurement.light, figures)

@@ -5,6 +5,7 @@ from typing import Any, Final
 import numpy as np
 from pydantic import NonNegativeFloat, NonNegativeInt
 
+from instrument.analysis.stage_figures import StageFigures
 from instrument.measurement import LightModel, Measurement, Parameter
 from instrument.numerics import displacement_mse, offset_free_mse, psnr, ssim_global, ssim_local
 from instrument.reconstruction import Reconstruction
@@ -55,6 +56,9 @@ class Figures(Frozen):
     motion_mm: MotionFit | None = None
     """The same in mm along the stage's axis; None where the bench was not calibrated."""
 
+    stage: StageFigures | None = None
+    """What the stage did, held against what it was told; None where the plan moved nothing."""
+
     displacement_mse_px2: float | None = None
     """Mean squared error of the displacement over frames and both axes, relative to frame 0."""
 
@@ -95,6 +99,8 @@ class Figures(Frozen):
             sigma = "-" if self.sigma_px is None else f"{self.sigma_px:.3f} px (median, one sigma)"
             rows["stated uncertainty"] = sigma
         rows |= _motion_rows(self.motion_mm or self.motion_px)
+        if self.stage is not None:
+            rows["stage"] = self.stage.row()
         if self.displacement_mse_px2 is not None and self.displacement_mse_offset_free_px2 is not None:
             rows["displacement MSE"] = (
                 f"{self.displacement_mse_px2:.4f} px^2 ({self.displacement_mse_offset_free_px2:.4f} offset-free)"
@@ -180,6 +186,8 @@ def figures_of(
     trajectory: Trajectory | None,
     reconstruction: Reconstruction | None,
     took_s: float,
+    *,
+    stage: StageFigures | None = None,
 ) -> Figures:
     """Compute the figures, with those that need the truth where it is known.
 
@@ -189,6 +197,7 @@ def figures_of(
         trajectory: path found; None where the scheme has no position.
         reconstruction: image found; None where the scheme has none.
         took_s: time taken by the analysis.
+        stage: what the stage did.
     """
     light_change = measurement.light_change()
     of_path, of_image = _path_figures(trajectory, truth), _image_figures(reconstruction, truth, measurement)
@@ -202,7 +211,12 @@ def figures_of(
         analysis_s=took_s,
         light=measurement.light,
         found=tuple(finding.text for finding in measurement.findings),
-        doubts=(*(finding.sentence for finding in measurement.findings), *_doubts(light_change, misfit)),
+        stage=stage,
+        doubts=(
+            *(finding.sentence for finding in measurement.findings),
+            *_doubts(light_change, misfit),
+            *(() if stage is None else stage.sentences()),
+        ),
         **{"travel_px": None, "sigma_px": None, "misfit": None, **of_path, **of_image},
     )
 

@@ -16,6 +16,7 @@ from instrument.cli import (
     calibrate_bench,
     calibrate_displacement,
     check,
+    compare,
     count,
     demo,
     drivers,
@@ -68,6 +69,7 @@ app.command("demo")(demo.demo)
 app.command("run")(acquire.run)
 app.command("analyse")(analyse.analyse_file)
 app.command("check")(check.check)
+app.command("compare")(compare.compare_files)
 app.command("info")(info.info)
 app.command("recover")(recover.recover_file)
 app.command("show")(show.show)

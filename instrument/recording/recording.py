@@ -8,6 +8,7 @@ import numpy as np
 
 from instrument.config import NOTHING_KNOWN, Calibration, LightTable
 from instrument.plan import Plan
+from instrument.recording.stage_log import StageLog
 from instrument.recording.timing import TimingReport
 from protocols import Floats, InputError, Mask, Truth
 
@@ -45,6 +46,9 @@ class Recording:
 
     calibration: Calibration | None = None
     """What was measured of the bench before the run; None where nothing was."""
+
+    stage: StageLog | None = None
+    """Where the stage was, as its controller told; None in recordings of older programs."""
 
     background: Floats | None = None
     """As ``values``: what stands still beside the object, measured without it by the same patterns; still in ``values``."""

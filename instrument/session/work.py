@@ -249,6 +249,7 @@ def _finished(job: Job, keeper: Keeper, stored: int, outcome: Outcome, error: Ba
         frame_valid=frame_valid,
         report=outcome.report.model_dump_json(),
         truth=scene.truth(middle_s) if scene is not None and frames else None,
+        stage=None if outcome.stage is None else outcome.stage.rows,
         interrupted=_reason(error),
     )
 

@@ -177,7 +177,13 @@ class Keeper:
             self._raise()
 
     def finish(
-        self, *, frame_valid: Mask, report: str, truth: Truth | None = None, interrupted: str = ""
+        self,
+        *,
+        frame_valid: Mask,
+        report: str,
+        truth: Truth | None = None,
+        stage: Floats | None = None,
+        interrupted: str = "",
     ) -> Rescue | None:
         """Write what is left and close the recording, as ``RecordingWriter.finish``.
 
@@ -194,7 +200,7 @@ class Keeper:
         )
 
         def write(writer: RecordingWriter) -> None:
-            writer.finish(frame_valid=frame_valid, report=report, truth=truth, interrupted=interrupted)
+            writer.finish(frame_valid=frame_valid, report=report, truth=truth, stage=stage, interrupted=interrupted)
 
         with suppress(StorageFailed):
             self._put(_Piece(write, records))

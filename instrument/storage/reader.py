@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from instrument.config import NOTHING_KNOWN, Calibration, LightTable
 from instrument.plan import Plan
-from instrument.recording import Recording, TimingReport
+from instrument.recording import STAGE_COLUMNS, Recording, StageLog, TimingReport
 from instrument.storage import layout
 from instrument.storage.checksum import changed_frames
 from instrument.storage.hdf5 import Group, InUse, is_hdf5, open_to_read
@@ -127,6 +127,7 @@ def _recording(path: Path, entry: Group) -> Recording:
         dark_rate_hz=_at_least(path, entry, layout.DARK_RATE_HZ, "0 Hz or more"),
         light=_light(entry),
         calibration=_calibration(entry),
+        stage=_stage(entry),
         truth=_truth(path, entry, plan, len(values)),
         timing=timing_of(entry),
         path=path,
@@ -150,6 +151,14 @@ def _calibration(entry: Group) -> Calibration | None:
         return None if stored is None else Calibration.model_validate_json(json.dumps(stored))
     except (ValueError, AttributeError):
         return None
+
+
+def _stage(entry: Group) -> StageLog | None:
+    """Where the stage was; None in older files, and where nothing of the kind is stored."""
+    rows = _floats(entry, layout.STAGE_POSITIONS) if layout.STAGE_POSITIONS in entry else np.zeros((0, 0))
+    if rows.ndim != 2 or rows.shape[1] != STAGE_COLUMNS or not len(rows) or not np.isfinite(rows).all():
+        return None
+    return StageLog.of_rows(rows)
 
 
 def _refuse_cut_off(path: Path, entry: Group) -> None:

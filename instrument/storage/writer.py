@@ -24,6 +24,7 @@ from typing import Final, Self
 import numpy as np
 
 from instrument.plan import Plan
+from instrument.recording import STAGE_COLUMNS
 from instrument.roles import ROLES, RoleName
 from instrument.storage import layout, part
 from instrument.storage.checksum import FRAMES_A_BLOCK, Checksums
@@ -39,6 +40,7 @@ from protocols import CountBlock, DeviceIdentity, Floats, InputError, Mask, Trut
 
 _ROWS_PER_CHUNK = 1024
 _RAW_PER_CHUNK = 8192
+_STAGE_ROWS = 64
 _REPORT_BYTES: Final = 1 << 16
 """Room for the timing audit, which lists a thousand patterns of each kind at most."""
 _REASON_BYTES: Final = 4096
@@ -308,6 +310,7 @@ class RecordingWriter:
         frame_valid: Mask | None = None,
         report: str = "{}",
         truth: Truth | None = None,
+        stage: Floats | None = None,
         interrupted: str = "",
     ) -> None:
         """Fill in what is known only after the run, and close the file. Whoever reads it meanwhile keeps it.
@@ -316,6 +319,7 @@ class RecordingWriter:
             frame_valid: ``(frames,)``; by default the frames in which every pattern has a value.
             report: the timing audit as JSON.
             truth: simulated runs only: what really was there, ``(frames, 2)`` and the image.
+            stage: ``(n, 4)`` where the stage was, as ``StageLog.rows``.
             interrupted: why the run ended early, which makes it a partial recording; empty for a run that came to its end.
 
         Raises:
@@ -335,6 +339,8 @@ class RecordingWriter:
             entry.rows(layout.TRUTH_DISPLACEMENT_PX).write(0, truth.displacement_px)
             if truth.background is not None:
                 entry.rows(layout.TRUTH_BACKGROUND).write(0, truth.background)
+        if stage is not None:
+            entry.rows(layout.STAGE_POSITIONS).write(0, stage)
         entry.set_value(layout.TIMING_REPORT, report)
         valid = layout.measured_frames(file.values.dataset.read()) if frame_valid is None else frame_valid
         entry.rows(layout.FRAME_VALID).write(0, valid.astype(np.uint8))
@@ -472,6 +478,8 @@ def _add_what_comes_last(entry: Group, truth_size: int | None) -> None:
     entry.add(layout.FILE_BYTES, np.zeros((), np.int64))
     entry.add_text_to_come(layout.END_TIME, len(now()))
     entry.add_text_to_come(layout.INTERRUPTED, _REASON_BYTES)
+    what = "time from the start of the modulator (s), reported (mm), commanded (mm), 1 where predicted"
+    entry.growing(layout.STAGE_POSITIONS, (STAGE_COLUMNS,), _STAGE_ROWS, long_name=what)
     entry.group("timing", "NXcollection")
     entry.add_numbers_to_come(layout.FRAME_VALID, _ROWS_PER_CHUNK, np.uint8)
     entry.add_text_to_come(layout.TIMING_REPORT, _REPORT_BYTES)

@@ -5,6 +5,7 @@ from .calibration_table import displacement_table as displacement_table
 from .live import LiveView as LiveView
 from .pictures import picture_folder as picture_folder
 from .pictures import write_pictures as write_pictures
+from .plots import compared_figure as compared_figure
 from .plots import error_figure as error_figure
 from .plots import image_figure as image_figure
 from .plots import save as save
@@ -29,6 +30,7 @@ __all__ = [
     "LiveView",
     "alignment_figure",
     "check_table",
+    "compared_figure",
     "displacement_figures",
     "displacement_rows",
     "displacement_table",

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from instrument.analysis import Compared
 from protocols import Floats
 
 X_COLOUR: Final = "#0072b2"
@@ -79,6 +80,22 @@ def image_figure(image: Floats, truth: Floats | None, title: str = "reconstructe
     draw_image(axes[0], image, title)
     if truth is not None:
         draw_image(axes[1], truth, "truth")
+    return figure
+
+
+def compared_figure(compared: Compared) -> Figure:
+    """Show an image, the reference, and their difference."""
+    figure = new_figure(12.6, 4.6)
+    axes = figure.subplots(1, 3, squeeze=False)[0]
+    draw_image(axes[0], compared.image, "in motion, moved onto the reference", vmax=1.0)
+    draw_image(axes[1], compared.reference, "reference", vmax=1.0)
+    draw_image(axes[2], np.abs(compared.image - compared.reference), "difference, without its sign", vmax=1.0)
+    found = compared.figures
+    figure.suptitle(
+        f"PSNR {found.psnr_db:.1f} dB, SSIM {found.ssim_global:.3f}, "
+        f"edges {found.edge_width_px:.2f} and {found.reference_edge_width_px:.2f} px wide",
+        fontsize=11,
+    )
     return figure
 
 

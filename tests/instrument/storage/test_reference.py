@@ -28,7 +28,14 @@ def write(path: Path) -> None:
         writer.append_raw(CountBlock(first_bin=0, counts=np.arange(12, dtype=np.uint32)))
         writer.append(np.arange(12.0))
         writer.finish(truth=Truth(displacement_px=np.zeros((2, 2)), image=np.eye(8)), interrupted="for the test")
-    write_analysis(path, displacement_px=np.zeros((2, 2)), sigma_px=np.ones((2, 2)), image=np.eye(8))
+    write_analysis(
+        path,
+        displacement_px=np.zeros((2, 2)),
+        sigma_px=np.ones((2, 2)),
+        image=np.eye(8),
+        displacement_mm=np.ones((2, 2)),
+        sigma_mm=np.ones((2, 2)),
+    )
 
 
 def test_the_example_of_the_page_runs_with_h5py_alone(tmp_path: Path) -> None:

@@ -1,0 +1,118 @@
+"""What the stage did, held against what it was told to do, by its own word and by the image."""
+
+from typing import Final
+
+import numpy as np
+
+from instrument.plan import MotionPlan
+from instrument.recording import Recording
+from instrument.tracking import Quantity, Trajectory
+from protocols import Floats, Frozen
+
+_SURE: Final = 2.0  # half-widths of the 95 % interval beyond which a ratio is not 1
+_LEAST: Final = 0.01  # relative difference of travels that is told
+_SETTLED_MM: Final = 0.02  # from its target at which a stage has arrived
+_MOVING: Final = 0.1  # of the velocity, above which a position tells a lag
+
+
+class StageFigures(Frozen):
+    """The stage's run."""
+
+    commanded_mm: float
+    """Travel that was commanded from the middle of the first frame to that of the last, with its sign."""
+
+    travel_ratio: Quantity | None
+    """Travel of the image, in mm by the calibration, over the one commanded; None without a calibration."""
+
+    lag_s: float | None
+    """By how much the positions told during the run are behind the profile; None where the controller was mute."""
+
+    end_error_mm: float | None
+    """Position told after the run minus the one that was commanded; None where none was told."""
+
+    def sentences(self) -> tuple[str, ...]:
+        """Say what is not as it should be."""
+        found: list[str] = []
+        ratio = self.travel_ratio
+        if ratio is not None:
+            half = (ratio.high - ratio.low) / 2
+            if abs(ratio.value - 1) > max(_SURE * half, _LEAST):
+                found.append(
+                    f"the image moved {ratio.value:.3g} times as far as the stage was sent: px/mm is {ratio.value:.3g} times the "
+                    "calibration (other optics?), or the stage missed steps: calibrate again"
+                )
+        if self.end_error_mm is not None and abs(self.end_error_mm) > _SETTLED_MM:
+            found.append(
+                f"the stage tells a position {self.end_error_mm:+.3f} mm from where it was sent: look for a limit switch, "
+                "missed steps, or a stop"
+            )
+        return tuple(found)
+
+    def row(self) -> str:
+        """Give the figures as a person reads them."""
+        parts = [f"{self.commanded_mm:.4g} mm commanded"]
+        if self.travel_ratio is not None:
+            half = (self.travel_ratio.high - self.travel_ratio.low) / 2
+            parts.append(f"the image moved {self.travel_ratio.value:.4f} +- {half:.4f} of it")
+        if self.lag_s is not None:
+            parts.append(f"{1e3 * self.lag_s:.0f} ms behind")
+        if self.end_error_mm is not None:
+            parts.append(f"settled {1e3 * self.end_error_mm:+.0f} um from its target")
+        return ", ".join(parts)
+
+
+def stage_figures(recording: Recording, trajectory: Trajectory) -> StageFigures | None:
+    """Hold a run against its profile.
+
+    Args:
+        recording: of the run.
+        trajectory: its path.
+
+    Returns:
+        The figures; None where the plan moves nothing.
+    """
+    motion = recording.plan.motion
+    if motion is None or len(trajectory) < 2:
+        return None
+    run_s, middle_s = recording.plan.run_time_s, trajectory.time_s
+    commanded_mm = motion.position_mm(run_s, float(middle_s[-1])) - motion.position_mm(run_s, float(middle_s[0]))
+    fit = trajectory.motion_mm
+    ratio = None
+    if fit is not None and commanded_mm:
+        low, high = sorted((fit.travel.low / commanded_mm, fit.travel.high / commanded_mm))
+        ratio = Quantity(
+            value=fit.travel.value / commanded_mm, sigma=fit.travel.sigma / abs(commanded_mm), low=low, high=high
+        )
+    return StageFigures(
+        commanded_mm=commanded_mm,
+        travel_ratio=ratio,
+        lag_s=_lag_s(recording, motion),
+        end_error_mm=_end_error_mm(recording, motion),
+    )
+
+
+def _lag_s(recording: Recording, motion: MotionPlan) -> float | None:
+    """Mean delay of the positions that were told while the stage moved, behind the profile."""
+    log, run_s = recording.stage, recording.plan.run_time_s
+    if log is None:
+        return None
+    during = (log.time_s > 0) & (log.time_s < run_s) & ~log.predicted
+    lags: list[float] = []
+    for time_s, told_mm in zip(log.time_s[during].tolist(), log.reported_mm[during].tolist(), strict=True):
+        here_mm = motion.position_mm(run_s, time_s)
+        step_s = 1e-3
+        velocity = (motion.position_mm(run_s, time_s + step_s) - motion.position_mm(run_s, time_s - step_s)) / (
+            2 * step_s
+        )
+        if abs(velocity) > _MOVING * abs(motion.velocity_mm_s):
+            lags.append((here_mm - told_mm) / velocity)
+    return float(np.mean(lags)) if lags else None
+
+
+def _end_error_mm(recording: Recording, motion: MotionPlan) -> float | None:
+    """How far from its target the stage came to rest; None where the run ended before."""
+    log, run_s = recording.stage, recording.plan.run_time_s
+    if log is None or not len(log) or log.time_s[-1] < run_s or log.predicted[-1]:
+        return None
+    told: Floats = log.reported_mm
+    return float(told[-1] - motion.end_mm(run_s))
