@@ -1,3 +1,5 @@
+# pyright: reportUnknownMemberType=false
+# matplotlib leaves the type of its **kwargs open.
 """A lab script: run at five speeds, and plot measured against commanded speed with 95 % intervals.
 
 python examples/five_speeds.py bench.toml plan.toml folder/

@@ -25,7 +25,7 @@ def main(bench_toml: Path, plan_toml: Path, folder: Path, wanted_db: float) -> N
     with Instrument.from_toml(bench_toml) as bench:
         while len(images) < MOST_RUNS:
             recording = bench.run(plan, folder / f"run-{len(images):03d}.h5")
-            image = analyse(recording, grid=1).image
+            image = analyse(recording, grid="1").image
             if image is None:
                 raise SystemExit(f"the scheme {plan.scheme.name} makes no image")
             images.append(image)
@@ -43,8 +43,8 @@ def signal_to_noise_db(images: list[Floats]) -> float:
     if len(images) < 2:
         return float("-inf")
     stack = np.stack(images)
-    error = np.sqrt(np.mean(stack.var(axis=0, ddof=1)) / len(stack))
-    return float(20 * np.log10(stack.mean(axis=0).max() / max(float(error), 1e-12)))
+    error = (float(stack.var(axis=0, ddof=1).mean()) / len(stack)) ** 0.5
+    return float(20 * np.log10(float(stack.mean(axis=0).max()) / max(error, 1e-12)))
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ from instrument.acquisition.devices import Devices
 from instrument.acquisition.stage_watch import StageWatch
 from instrument.plan import Plan
 from instrument.recording import StageLog, TimingReport
+from instrument.roles import STAGE
 from instrument.schemes import Scheme
 from protocols import (
     CountBlock,
@@ -191,7 +192,8 @@ class _Reader:
         self._armed = CounterRun(n_bins=n_bins, n_expected=min(patterns, n_bins), period_s=period_s)
         self.bins = 0
         self._plays_until_s = 0.0
-        self.watch = StageWatch(devices.stage, devices.clock)
+        stage = devices.stage if STAGE.name in devices.by_role else None
+        self.watch = StageWatch(stage, devices.clock)
         self.motion: Motion | None = None
 
     def run(self, plan: Plan) -> None:

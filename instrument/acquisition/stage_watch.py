@@ -14,8 +14,8 @@ _MOST: Final = 5000  # looks a run: more are not needed for a path
 class StageWatch:
     """Collects positions. A stage that does not answer is asked no more: the run does not depend on it."""
 
-    def __init__(self, stage: LinearStage, clock: Clock) -> None:
-        """Look at nothing yet."""
+    def __init__(self, stage: LinearStage | None, clock: Clock) -> None:
+        """Look at nothing yet; at nothing at all on a bench that was opened without a stage."""
         self._stage = stage
         self._clock = clock
         self._seen: list[StagePosition] = []
@@ -25,7 +25,7 @@ class StageWatch:
 
     def look(self) -> None:
         """Ask for the position now."""
-        if not self._answers or len(self._seen) >= _MOST:
+        if self._stage is None or not self._answers or len(self._seen) >= _MOST:
             return
         try:
             self.take(self._stage.position())

@@ -18,7 +18,9 @@ from tests.support.benches import SMALL, bench_toml, plan_toml
 EXAMPLES = Path(__file__).parents[2] / "examples"
 EMULATED = EXAMPLES / "benches" / "alp-ni-mc600.toml"
 QUICK = MotionPlan(velocity_mm_s=25.0, acceleration_mm_s2=200.0, settle_s=0.01)
-PLAN = SMALL.model_copy(update={"frames": 200, "image_size": 64, "pattern_rate_hz": 5000.0, "motion": QUICK})
+PLAN = SMALL.model_copy(
+    update={"frames": 200, "image_size": 32, "superpixel": 8, "pattern_rate_hz": 5000.0, "motion": QUICK}
+)
 SCENE = (
     "fresh_noise = true\n"
     'noise = { kind = "poisson", peak_counts = 150, dead_time_s = 2e-8, dark_rate_hz = 600, seed = 5 }'
@@ -43,11 +45,11 @@ def calibrated(bench: Path) -> Path:
     """The same bench, calibrated as its scene is."""
     with Instrument.from_toml(bench) as opened:
         devices = {role: CalibratedDevice.of(identity) for role, identity in opened.devices.identities().items()}
-    along = 3.6 / 2**0.5  # 7.2 px/mm in 128 px, along the diagonal
+    along = 1.8 / 2**0.5  # 7.2 px/mm in 128 px, along the diagonal
     section = DisplacementSection(
         date=datetime.now(UTC),
-        image_size=64,
-        superpixel=4,
+        image_size=32,
+        superpixel=8,
         px_per_mm_x=along,
         px_per_mm_y=along,
         covariance=((1e-6, 0.0), (0.0, 1e-6)),
@@ -69,7 +71,7 @@ def test_five_speeds_are_measured_as_they_were_commanded(
     assert [row[0] for row in rows] == pytest.approx([5, 10, 15, 20, 25])
     for commanded, measured, half_width in rows:
         assert measured == pytest.approx(commanded, abs=2 * half_width)
-        assert 0 < half_width < 4
+        assert 0 < half_width < 6
     with Image.open(tmp_path / "out" / "speeds.png") as picture:
         assert np.asarray(picture.convert("L")).std() > 10
 
@@ -90,7 +92,7 @@ def test_runs_are_repeated_until_the_image_is_good(
     assert reached[0] == -np.inf
     assert reached[-1] >= 27 > max(reached[:-1])
     assert len(list((tmp_path / "out").glob("run-*.h5"))) == len(said)
-    assert np.load(tmp_path / "out" / "image.npy").shape == (64, 64)
+    assert np.load(tmp_path / "out" / "image.npy").shape == (32, 32)
 
 
 def test_a_night_goes_on_after_a_bad_run_and_is_resumed(
