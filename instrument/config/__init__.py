@@ -6,6 +6,7 @@ from instrument.config.calibration_file import (
     Calibration,
     SectionName,
     read_calibration,
+    refuse_other,
     updated_calibration,
     write_calibration,
 )
@@ -67,6 +68,7 @@ __all__ = [
     "load_bench",
     "read_calibration",
     "read_document",
+    "refuse_other",
     "scheme_plugin",
     "scheme_problems",
     "settings_of",
