@@ -115,7 +115,7 @@ def check_plan(
         *_motion(plan, stage),
         *_calibration(plan, calibration),
         _displacement(plan, where),
-        *_object(plan, where),
+        *_object(plan, where, stage.limits.travel_mm),
         _run_length(plan, counter),
     ]
     return CheckReport(tuple(checks), built if isinstance(built, PatternSequence) else None)
@@ -270,13 +270,13 @@ def _calibration(plan: Plan, calibration: Calibration | None) -> list[Check]:
     return [_good("calibration", ", ".join(measured) or "empty")]
 
 
-def _object(plan: Plan, where: Whereabouts | None) -> list[Check]:
+def _object(plan: Plan, where: Whereabouts | None, travel_mm: tuple[float, float]) -> list[Check]:
     """Whether the object stays in the field."""
     if plan.motion is None:
         return []
     if where is None:
         return [_good("object", "where it will be is not known: the bench has no calibration of displacement")]
-    error = leaving(where, plan)
+    error = leaving(where, plan, travel_mm)
     message = where_in_words(where, plan.image_size)
     if error is not None and plan.motion.field == "stay":
         return [_error("object", error)]

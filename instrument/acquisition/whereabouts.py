@@ -105,8 +105,14 @@ def where_in_words(found: Whereabouts, size: int) -> str:
     return f"{travel}, from ({x0:.1f}, {y0:.1f}) to ({x1:.1f}, {y1:.1f}) px in a field of {size} px"
 
 
-def leaving(found: Whereabouts, plan: Plan) -> PlanError | None:
-    """Say that the object certainly leaves the field, where it does, and by what to change the plan."""
+def leaving(found: Whereabouts, plan: Plan, travel_mm: tuple[float, float]) -> PlanError | None:
+    """Say that the object certainly leaves the field, where it does, and by what to change the plan.
+
+    Args:
+        found: where it will be.
+        plan: the run.
+        travel_mm: of the stage, in which a better start must lie.
+    """
     size = plan.image_size
     certain_px = _CERTAIN_PX + 3 * found.sigma_px
     outside = found.beyond_px(size) > certain_px
@@ -118,14 +124,14 @@ def leaving(found: Whereabouts, plan: Plan) -> PlanError | None:
     return PlanError(
         saw=f"{where_in_words(found, size)}: the object is outside by up to {found.beyond_px(size).max():.0f} px, {when}",
         expected="an object that stays inside the field",
-        remedy=_remedy(found, plan, plan.motion, frame),
+        remedy=_remedy(found, plan, plan.motion, frame, travel_mm),
     )
 
 
-def _remedy(found: Whereabouts, plan: Plan, motion: MotionPlan, frame: int) -> str:
+def _remedy(found: Whereabouts, plan: Plan, motion: MotionPlan, frame: int, travel_mm: tuple[float, float]) -> str:
     ways: list[str] = []
     start_mm = _better_start_mm(found, plan, motion)
-    if start_mm is not None:
+    if start_mm is not None and travel_mm[0] <= start_mm <= travel_mm[1]:
         ways.append(f"set start_mm = {start_mm:.4g}")
     if frame > 0:
         ways.append(f"lower frames to {frame}")

@@ -55,7 +55,7 @@ class StageFigures(Frozen):
             half = (self.travel_ratio.high - self.travel_ratio.low) / 2
             parts.append(f"the image moved {self.travel_ratio.value:.4f} +- {half:.4f} of it")
         if self.lag_s is not None:
-            parts.append(f"{1e3 * self.lag_s:.0f} ms behind")
+            parts.append(f"{round(1e3 * self.lag_s)} ms behind")
         if self.end_error_mm is not None:
             parts.append(f"settled {1e3 * self.end_error_mm:+.0f} um from its target")
         return ", ".join(parts)

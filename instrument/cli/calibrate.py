@@ -31,11 +31,12 @@ def target(config: "BenchConfig", out: Path | None) -> Path:
     return out or config.calibration_path or config.folder / _DEFAULT
 
 
-def say_written(config: "BenchConfig", path: Path) -> None:
-    """Tell where a calibration was written, and what to add to bench.toml so that runs use it."""
+def say_written(config: "BenchConfig", path: Path, *, as_json: bool = False) -> None:
+    """Tell where a calibration was written, unless the figures say so, and what to add to bench.toml so that runs use it."""
     from instrument.views import say, warn
 
-    say(f"wrote {path}")
+    if not as_json:
+        say(f"wrote {path}")
     if config.calibration_path is None or config.calibration_path.resolve() != path.resolve():
         named = path.name if path.resolve().parent == config.folder.resolve() else path.resolve()
         warn(f'{config.path} does not name this file yet: add calibration = "{named}" above its tables')

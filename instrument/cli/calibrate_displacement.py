@@ -46,13 +46,14 @@ def displacement(
     The stage goes to each position, upwards and then downwards; at each, a static image is taken by conventional differential
     Hadamard patterns at a slow rate. The images are registered to a fraction of a pixel, and a line is fitted.
     """
-    from instrument.config import load_bench, updated_calibration
+    from instrument.config import load_bench, refuse_other, updated_calibration
     from instrument.session import Instrument
 
     config = load_bench(bench, calibrated=False)
     path = target(config, out)
     with Instrument.from_config(config) as opened:
         devices = opened.devices.identities()
+        refuse_other(path, devices, config.magnification)  # before anything moves
         if from_run is not None:
             section = _of_run(from_run)
         else:
@@ -100,7 +101,7 @@ def _measured(
     both_sides: bool,
 ) -> "DisplacementSection":
     from instrument.calibration import Ladder, displacement_of, static_plan, take_views
-    from instrument.views import progress, say
+    from instrument.views import ERR, plain, progress
 
     ladder = Ladder(positions_mm, both_sides=both_sides)
     plan = static_plan(*image)
@@ -114,7 +115,7 @@ def _measured(
             on_visit=lambda done, total, what: bars.update(task, completed=done, total=total, description=what),
         )
         bars.update(task, completed=len(visits), description="static images")
-    say(f"kept {len(visits)} static images in {folder}")
+    ERR.print(plain(f"kept {len(visits)} static images in {folder}"), soft_wrap=True)
     return displacement_of(visits)
 
 
@@ -132,4 +133,4 @@ def _tell(config: "BenchConfig", section: "DisplacementSection", path: Path, *, 
         print_json({"calibration": str(path), **displacement_figures(section)})
     else:
         OUT.print(displacement_table(section))
-    say_written(config, path)
+    say_written(config, path, as_json=as_json)

@@ -7,6 +7,7 @@ from instrument.config.calibration_file import (
     Calibration,
     SectionName,
     read_calibration,
+    refuse_other,
     updated_calibration,
     write_calibration,
 )
@@ -90,6 +91,7 @@ __all__ = [
     "plan_template",
     "read_calibration",
     "read_document",
+    "refuse_other",
     "scheme_plugin",
     "scheme_problems",
     "settings_of",

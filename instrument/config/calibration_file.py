@@ -169,6 +169,20 @@ def _refuse_version(document: Document) -> None:
         raise ConfigError(document.path, [problem])
 
 
+def refuse_other(path: Path, devices: Mapping[RoleName, DeviceIdentity], magnification: str = "") -> Calibration | None:
+    """Give what a calibration file holds that is to be written into; None where there is none yet.
+
+    Raises:
+        ConfigError: the file is there and is no calibration file that can be read.
+        InputError: it is of another bench.
+    """
+    if not path.exists():
+        return None
+    calibration = read_calibration(path)
+    calibration.refuse_other_bench(devices, magnification)
+    return calibration
+
+
 def updated_calibration(
     path: Path,
     name: SectionName,
@@ -193,12 +207,8 @@ def updated_calibration(
         InputError: it is of another bench.
     """
     bench = {role: CalibratedDevice.of(identity) for role, identity in devices.items()}
-    if path.exists():
-        old = read_calibration(path)
-        old.refuse_other_bench(devices, magnification)
-        new = old.model_copy(update={"bench": {**bench, **old.bench}}).with_section(name, section)
-    else:
-        new = Calibration(magnification=magnification, bench=bench).with_section(name, section)
+    old = refuse_other(path, devices, magnification) or Calibration(magnification=magnification, bench=bench)
+    new = old.model_copy(update={"bench": {**bench, **old.bench}}).with_section(name, section)
     write_calibration(path, new)
     return new
 

@@ -62,6 +62,12 @@ def test_another_start_is_proposed_where_there_is_one() -> None:
     assert of(plan(velocity_mm_s=30.0, start_mm=0.35)).outcome == "good"
 
 
+def test_no_start_is_proposed_where_the_stage_cannot_go() -> None:
+    """From 0.3 mm the same would have to begin at -0.35 mm."""
+    beyond = displacement(10.0, 0.0, at_mm=0.3, box_px=BOX)
+    assert "start_mm" not in of(plan(velocity_mm_s=30.0, start_mm=0.3), beyond).message
+
+
 def test_each_way_out_leads_in() -> None:
     assert of(plan(872, velocity_mm_s=100 / 3)).outcome == "good"
     assert of(plan(velocity_mm_s=29.1)).outcome == "good"

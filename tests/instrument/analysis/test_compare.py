@@ -27,7 +27,7 @@ def test_an_image_is_moved_and_scaled_onto_the_reference() -> None:
     there = square()
     image = 0.25 * np.roll(there, (3, -5), axis=(0, 1))
     found = compare_images(there, image)
-    assert found.figures.shift_px == pytest.approx((5.0, -3.0), abs=1e-3)
+    np.testing.assert_allclose(found.figures.shift_px, (5.0, -3.0), atol=1e-3)
     assert found.figures.psnr_db > 60
     assert found.figures.ssim_global == pytest.approx(1.0, abs=1e-4)
     assert found.figures.edge_width_px == pytest.approx(found.figures.reference_edge_width_px, rel=1e-3)
@@ -62,17 +62,17 @@ def test_a_run_in_motion_is_compared_with_the_object_at_rest(
     """From recording to figures and picture, as its user would."""
     noise = 'noise = { kind = "poisson", peak_counts = 2000, seed = 1 }\nstart_px = [12.4, 12.7]\nblur_px = 0.5'
     with Instrument.from_toml(bench_toml(tmp_path, noise)) as bench:
+        motion = MotionPlan(velocity_mm_s=25)
+        bench.run(Plan(frames=800, image_size=32, superpixel=4, motion=motion), tmp_path / "run.h5")
+        bench.stage.move_to(10.0, motion.profile).wait()
         bench.run(static_plan(32, 4, frames=1024), tmp_path / "still.h5")
-        bench.run(
-            Plan(frames=800, image_size=32, superpixel=4, motion=MotionPlan(velocity_mm_s=25)), tmp_path / "run.h5"
-        )
     files = [str(tmp_path / "still.h5"), str(tmp_path / "run.h5")]
     assert status(["compare", *files, "--json", "--picture", str(tmp_path / "both.png")]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["psnr_db"] > 25
     assert found["ssim_global"] > 0.95
     assert np.abs(found["shift_px"]).max() < 13
-    assert 1.6 < found["edge_width_px"] < 1.3 * found["reference_edge_width_px"]
+    assert 1.0 < found["edge_width_px"] < 1.3 * found["reference_edge_width_px"]
     assert (tmp_path / "both.png").stat().st_size > 10_000
     assert status(["compare", *files]) == 0
     assert "edge width" in capsys.readouterr().out

@@ -43,7 +43,7 @@ def everything(path: Path) -> dict[str, tuple[object, object]]:
 
 def test_the_analysis_is_written_beside_untouched_raw_data(path: Path) -> None:
     before = everything(path)
-    assert len(before) == 21
+    assert len(before) == 22
 
     write_analysis(
         path,
