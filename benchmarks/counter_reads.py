@@ -111,10 +111,10 @@ class Backend:
 class Silent(Backend):
     """The same, without a sample until a scan of a known length starts: the driver looks for one before any edge."""
 
-    def bulk_read(self, *arguments: Any) -> int:
+    def bulk_read(self, _handle: int, _endpoint: int, _interface: int, buffer: Any, _timeout: int) -> int:
         """As of any backend."""
         if self._scans:
-            return super().bulk_read(*arguments)
+            return super().bulk_read(_handle, _endpoint, _interface, buffer, _timeout)
         self.transfers += 1
         return 0
 
@@ -152,7 +152,7 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=5, help="of which the median counts")
     arguments = parser.parse_args()
     n = round(arguments.seconds * RATE_HZ)
-    samples = np.random.default_rng(1).poisson(50, n + 1).astype("<u2").tobytes()
+    samples = np.asarray(np.random.default_rng(1).poisson(50, n + 1), dtype="<u2").tobytes()
     print(f"cores {os.cpu_count()}, load {os.getloadavg()[0]:.1f}, {n} samples at {RATE_HZ} Hz")
     ways = {
         "single": lambda: read(UsbCtrSettings(), Backend(samples), n),

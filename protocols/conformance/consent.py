@@ -1,7 +1,7 @@
 """Before the suite moves a real stage, somebody says that it may."""
 
 import sys
-from typing import Final
+from typing import Any, Final
 
 import pytest
 
@@ -33,7 +33,7 @@ def ask_before_moving(rig: StageRig, config: pytest.Config) -> None:
 
 
 def _answer(plan: str, config: pytest.Config) -> bool:
-    capture = config.pluginmanager.getplugin("capturemanager")
+    capture: Any = config.pluginmanager.getplugin("capturemanager")
     if capture is None or not sys.stdin or not sys.__stdin__ or not sys.__stdin__.isatty():
         return False
     with capture.global_and_fixture_disabled():
