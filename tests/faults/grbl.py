@@ -1,4 +1,4 @@
-"""Faults of the GRBL board (zaber-and-grbl.md, section 6). Its 11th line or byte starts the run's motion."""
+"""Faults of the GRBL board (zaber-and-grbl.md, section 6). The second jog is the run's motion."""
 
 from typing import Any, Final
 
@@ -72,7 +72,7 @@ ROWS: Final = (
     ),
     _row(
         "the board starts anew behind the last pattern, while the stage still moves, and is locked",
-        'kind = "reset", nth = 12',
+        'kind = "reset", at = "$J", nth = 2, behind = true',
         error=DeviceError,
         says=("stage", "ALARM:3, reset while it moved"),
         again=DeviceRefused,
@@ -92,9 +92,14 @@ ROWS: Final = (
         counts="wrong",
         again=DeviceRefused,
     ),
-    _unsafe("mute from a setting on", 'kind = "mute", nth = 7', DeviceTimeout, "no position"),
-    _unsafe("mute while it moves", 'kind = "mute", nth = 12', DeviceTimeout, kept=None),
-    _unsafe("the port vanishes at a setting", 'kind = "port-vanishes", nth = 7', DeviceDisconnected),
-    _unsafe("the port vanishes at the move", 'kind = "port-vanishes", nth = 11', DeviceDisconnected),
-    _unsafe("the port vanishes while it moves", 'kind = "port-vanishes", nth = 12', DeviceDisconnected, kept=None),
+    _unsafe("mute from a setting on", 'kind = "mute", at = "$120"', DeviceTimeout, "no position"),
+    _unsafe("mute while it moves", 'kind = "mute", at = "$J", nth = 2, behind = true', DeviceTimeout, kept=None),
+    _unsafe("the port vanishes at a setting", 'kind = "port-vanishes", at = "$120"', DeviceDisconnected),
+    _unsafe("the port vanishes at the move", 'kind = "port-vanishes", at = "$J", nth = 2', DeviceDisconnected),
+    _unsafe(
+        "the port vanishes while it moves",
+        'kind = "port-vanishes", at = "$J", nth = 2, behind = true',
+        DeviceDisconnected,
+        kept=None,
+    ),
 )

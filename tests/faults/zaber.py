@@ -1,4 +1,4 @@
-"""Faults of the Zaber controller (zaber-and-grbl.md, section 6). The 9th command asks for the position before the move."""
+"""Faults of the Zaber controller (zaber-and-grbl.md, section 6)."""
 
 from typing import Any, Final
 
@@ -41,7 +41,7 @@ ROWS: Final = (
     _row(
         "a byte of a position is corrupted: the checksum tells", f'kind = "corrupted-byte", {_QUESTION}', again="good"
     ),
-    _row("the reply before comes once more", 'kind = "old-reply", nth = 12', again="good"),
+    _row("the reply before comes once more", 'kind = "old-reply", nth = 6', again="good"),
     _row("alerts and infos between every command and its reply", 'kind = "chatter"', again="good"),
     _row(
         "the reply to the move is lost: it may have begun, so it is stopped",
@@ -75,9 +75,14 @@ ROWS: Final = (
         says=("stage", "DRIVERDISABLED", "FO, driver disabled", "driver enable"),
         kept=0,
     ),
-    _unsafe("mute from a setting on", 'kind = "mute", nth = 6', DeviceTimeout, "no position"),
-    _unsafe("mute while it moves", 'kind = "mute", nth = 12', DeviceTimeout, kept=None),
-    _unsafe("the port vanishes at a setting", 'kind = "port-vanishes", nth = 6', DeviceDisconnected),
-    _unsafe("the port vanishes at the move", 'kind = "port-vanishes", nth = 11', DeviceDisconnected),
-    _unsafe("the port vanishes while it moves", 'kind = "port-vanishes", nth = 12', DeviceDisconnected, kept=None),
+    _unsafe("mute from a setting on", 'kind = "mute", at = "set"', DeviceTimeout, "no position"),
+    _unsafe("mute while it moves", 'kind = "mute", at = "move", nth = 2, behind = true', DeviceTimeout, kept=None),
+    _unsafe("the port vanishes at a setting", 'kind = "port-vanishes", at = "set"', DeviceDisconnected),
+    _unsafe("the port vanishes at the move", 'kind = "port-vanishes", at = "move", nth = 2', DeviceDisconnected),
+    _unsafe(
+        "the port vanishes while it moves",
+        'kind = "port-vanishes", at = "move", nth = 2, behind = true',
+        DeviceDisconnected,
+        kept=None,
+    ),
 )

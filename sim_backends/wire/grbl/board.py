@@ -123,9 +123,9 @@ class GrblBoard:
         elif len(self._typed) <= _LONGEST:
             self._typed.append(byte)
 
-    def _struck(self, now_s: float) -> bool:
+    def _struck(self, line: str, now_s: float) -> bool:
         """Whether a fault takes the place of what a line or a byte would do."""
-        struck = self._faults.command()
+        struck = self._faults.command(line)
         if struck is PortVanishes:
             self.box.vanished = True
         elif struck is not None:
@@ -133,7 +133,7 @@ class GrblBoard:
         return struck is not None
 
     def _real_time(self, byte: int, now_s: float) -> None:
-        if self._struck(now_s):
+        if self._struck(chr(byte), now_s):
             return
         if byte == 0x18:
             self._reset(now_s)
@@ -172,7 +172,7 @@ class GrblBoard:
     # Lines
 
     def _line(self, line: str, now_s: float, *, too_long: bool) -> None:
-        if self._struck(now_s):
+        if self._struck(line, now_s):
             return
         if self._homing or self._silent or len(self._jogs) >= _PLANNER:
             self._waiting.append(line)

@@ -24,22 +24,33 @@ class Faults:
         """Begin with nothing counted."""
         self._faults = faults
         self._seen: Counter[int] = Counter()
-        self._commands = self._jogs = 0
+        self._jogs = 0
+        self._now: set[type[GrblFault]] = set()
+        self._next: set[type[GrblFault]] = set()
 
     @property
     def no_switch(self) -> bool:
         """Whether homing finds no switch."""
         return any(isinstance(fault, NoSwitch) for fault in self._faults)
 
-    def command(self) -> type[PortVanishes | Reset] | None:
+    def command(self, line: str) -> type[PortVanishes | Reset] | None:
         """Count a line or a real-time byte; give what befalls it."""
-        self._commands += 1
-        for fault in self._faults:
-            if isinstance(fault, PortVanishes) and self._commands >= fault.nth:
-                return PortVanishes
-            if isinstance(fault, Reset) and self._commands == fault.nth:
-                return Reset
-        return None
+        resets = Reset in self._next
+        self._now |= self._next
+        self._next.discard(Reset)
+        for number, fault in enumerate(self._faults):
+            if not (isinstance(fault, PortVanishes | Mute | Reset) and line.startswith(fault.at)):
+                continue
+            self._seen[number] += 1
+            if isinstance(fault, Reset):
+                if self._seen[number] == fault.nth and fault.behind:
+                    self._next.add(Reset)
+                resets |= self._seen[number] == fault.nth and not fault.behind
+            elif self._seen[number] >= fault.nth:
+                (self._next if fault.behind else self._now).add(type(fault))
+        if PortVanishes in self._now:
+            return PortVanishes
+        return Reset if resets else None
 
     def error(self, line: str) -> int | None:
         """Give the error that a line is answered with, or None."""
@@ -58,7 +69,7 @@ class Faults:
     def answer(self, asked: str, line: bytes) -> tuple[bytes, float]:
         """Give what is really sent of a line, and how late in seconds."""
         late_s = 0.0
-        if any(isinstance(fault, Mute) and self._commands >= fault.nth for fault in self._faults):
+        if Mute in self._now:
             return b"", late_s
         for number, fault in enumerate(self._faults):
             if isinstance(fault, LostReply | LateReply | CorruptedByte) and asked.startswith(fault.at):

@@ -75,8 +75,14 @@ class Mute(Frozen):
     kind: Literal["mute"]
     """Tells this table from the others."""
 
+    at: str = ""
+    """Beginning of the line or real-time byte; empty: any."""
+
     nth: Number = 1
-    """Number of the first line or real-time byte that gets no answer, from 1."""
+    """Which of them, from 1."""
+
+    behind: bool = False
+    """Whether that one is still carried out and answered."""
 
 
 class Stall(Frozen):
@@ -105,8 +111,14 @@ class Reset(Frozen):
     kind: Literal["reset"]
     """Tells this table from the others."""
 
+    at: str = ""
+    """Beginning of the line or real-time byte; empty: any."""
+
     nth: Number = 1
-    """At which line or real-time byte, from 1. It is not carried out."""
+    """Which of them, from 1. It happens once."""
+
+    behind: bool = False
+    """Whether that one is still carried out and answered, and the next one is not."""
 
 
 class PortVanishes(Frozen):
@@ -115,8 +127,14 @@ class PortVanishes(Frozen):
     kind: Literal["port-vanishes"]
     """Tells this table from the others."""
 
+    at: str = ""
+    """Beginning of the line or real-time byte; empty: any."""
+
     nth: Number = 1
-    """At which line or real-time byte, from 1. It is not carried out."""
+    """Which of them, from 1."""
+
+    behind: bool = False
+    """Whether that one is still carried out and answered."""
 
 
 GrblFault: TypeAlias = Annotated[

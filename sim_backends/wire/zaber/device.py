@@ -63,7 +63,7 @@ class ZaberDevice:
         command = understand(line)
         if command is None or command.device not in (0, self._settings.device):
             return
-        if not self._faults.command():
+        if not self._faults.command(command.words):
             self.box.vanished = True
             return
         now_s = at_s + self._settings.turnaround_s

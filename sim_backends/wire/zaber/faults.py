@@ -23,13 +23,20 @@ class Faults:
         """Begin with nothing counted."""
         self._faults = faults
         self._seen: Counter[int] = Counter()
-        self._commands = self._replies = self._moves = 0
+        self._replies = self._moves = 0
+        self._now: set[type[ZaberFault]] = set()
+        self._next: set[type[ZaberFault]] = set()
         self._before = b""
 
-    def command(self) -> bool:
+    def command(self, words: str) -> bool:
         """Count a command; tell whether the port is still there."""
-        self._commands += 1
-        return not any(isinstance(fault, PortVanishes) and self._commands >= fault.nth for fault in self._faults)
+        self._now |= self._next
+        for number, fault in enumerate(self._faults):
+            if isinstance(fault, PortVanishes | Mute) and words.startswith(fault.at):
+                self._seen[number] += 1
+                if self._seen[number] >= fault.nth:
+                    (self._next if fault.behind else self._now).add(type(fault))
+        return PortVanishes not in self._now
 
     def rejects(self, words: str) -> str | None:
         """Give the reason for which a command is rejected, or None."""
@@ -49,7 +56,7 @@ class Faults:
     def reply(self, words: str, line: bytes, alert: bytes) -> bytes:
         """Give what is really sent of a reply, with what comes before it."""
         self._replies += 1
-        if any(isinstance(fault, Mute) and self._commands >= fault.nth for fault in self._faults):
+        if Mute in self._now:
             return b""
         ahead = b""
         for number, fault in enumerate(self._faults):

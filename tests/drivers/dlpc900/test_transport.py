@@ -47,7 +47,12 @@ class Library:
 def library(monkeypatch: pytest.MonkeyPatch) -> Library:
     library = Library()
     found = [{"serial_number": "LCR1"}, {"serial_number": ""}]
-    module = SimpleNamespace(device=lambda: library, enumerate=lambda *_numbers: found)
+
+    def enumerate_boards(vendor: int, product: int) -> list[dict[str, str]]:
+        assert (vendor, product) == (0x0451, 0xC900)
+        return found
+
+    module = SimpleNamespace(device=lambda: library, enumerate=enumerate_boards)
     monkeypatch.setitem(sys.modules, "hid", module)
     return library
 
