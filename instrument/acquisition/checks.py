@@ -115,7 +115,7 @@ def check_plan(
         *_motion(plan, stage),
         *_calibration(plan, calibration),
         _displacement(plan, where),
-        *_object(plan, where, stage.limits.travel_mm),
+        *_object(plan, where, None if stage is None else stage.limits.travel_mm),
         _run_length(plan, counter),
     ]
     return CheckReport(tuple(checks), built if isinstance(built, PatternSequence) else None)
@@ -270,7 +270,7 @@ def _calibration(plan: Plan, calibration: Calibration | None) -> list[Check]:
     return [_good("calibration", ", ".join(measured) or "empty")]
 
 
-def _object(plan: Plan, where: Whereabouts | None, travel_mm: tuple[float, float]) -> list[Check]:
+def _object(plan: Plan, where: Whereabouts | None, travel_mm: tuple[float, float] | None) -> list[Check]:
     """Whether the object stays in the field."""
     if plan.motion is None:
         return []

@@ -105,13 +105,13 @@ def where_in_words(found: Whereabouts, size: int) -> str:
     return f"{travel}, from ({x0:.1f}, {y0:.1f}) to ({x1:.1f}, {y1:.1f}) px in a field of {size} px"
 
 
-def leaving(found: Whereabouts, plan: Plan, travel_mm: tuple[float, float]) -> PlanError | None:
+def leaving(found: Whereabouts, plan: Plan, travel_mm: tuple[float, float] | None) -> PlanError | None:
     """Say that the object certainly leaves the field, where it does, and by what to change the plan.
 
     Args:
         found: where it will be.
         plan: the run.
-        travel_mm: of the stage, in which a better start must lie.
+        travel_mm: of the stage, in which a better start must lie; None where there is none to ask.
     """
     size = plan.image_size
     certain_px = _CERTAIN_PX + 3 * found.sigma_px
@@ -128,10 +128,12 @@ def leaving(found: Whereabouts, plan: Plan, travel_mm: tuple[float, float]) -> P
     )
 
 
-def _remedy(found: Whereabouts, plan: Plan, motion: MotionPlan, frame: int, travel_mm: tuple[float, float]) -> str:
+def _remedy(
+    found: Whereabouts, plan: Plan, motion: MotionPlan, frame: int, travel_mm: tuple[float, float] | None
+) -> str:
     ways: list[str] = []
     start_mm = _better_start_mm(found, plan, motion)
-    if start_mm is not None and travel_mm[0] <= start_mm <= travel_mm[1]:
+    if start_mm is not None and (travel_mm is None or travel_mm[0] <= start_mm <= travel_mm[1]):
         ways.append(f"set start_mm = {start_mm:.4g}")
     if frame > 0:
         ways.append(f"lower frames to {frame}")

@@ -8,14 +8,14 @@ from typing import TypeAlias, get_args
 import numpy as np
 
 from instrument.analysis.causes import numbers_that_end, refuse_endless, refuse_hopeless, refuse_size
+from instrument.analysis.find import find_image, find_path
 from instrument.analysis.merit import Figures, figures_of
 from instrument.analysis.stage_figures import stage_figures
-from instrument.choices import Background, Grid, Method, Normalise, Tracking, TrackingMethod
-from instrument.joint import grid_of, refine, refine_turn
+from instrument.choices import Background, Grid, Method, Normalise, Tracking
 from instrument.measurement import LightModel, Measurement, first_light, usable_frames
 from instrument.reconstruction import Reconstruction, method_of, reconstruct
 from instrument.recording import Recording
-from instrument.tracking import Trajectory, track, with_start
+from instrument.tracking import Trajectory
 from protocols import Floats, InputError
 
 OnStep: TypeAlias = Callable[[str, int, int], None]
@@ -76,28 +76,6 @@ def _lit(measurement: Measurement, tracking: Tracking, normalise: Normalise) -> 
     if tracking != "per-frame":
         return first_light(replace(measurement, normalise=normalise))
     return replace(measurement, light_found=True, normalise="frame" if normalise == "auto" else normalise)
-
-
-def _placed(measurement: Measurement, trajectory: Trajectory, found: Reconstruction | None) -> Trajectory:
-    """Give the absolute position where the scheme measures one, with what the images of object and background say of it."""
-    if found is None:
-        return with_start(measurement, trajectory)
-    still = None if found.still is None else found.still * found.gain
-    return with_start(measurement, trajectory, image=found.at_patterns, still=still)
-
-
-def _refuse_turned(method: Method) -> None:
-    """Refuse a method whose rows do not turn.
-
-    Raises:
-        InputError: it is another one than ``tv``.
-    """
-    if method != "tv":
-        raise InputError(
-            saw=f"the method {method} for an object that turns",
-            expected="tv, the one whose rows turn with the object",
-            remedy='leave the method out, or record with the scheme "moment-hadamard"',
-        )
 
 
 def _refuse_tracking(tracking: Tracking, mean_filter: int | None) -> None:
@@ -165,45 +143,22 @@ def analyse(
     refuse_hopeless(measurement)
     measurement = _lit(measurement, tracking, normalise)
     wanted = "none" if background == "auto" and recording.background is not None else background
-    trajectory: Trajectory | None = None
-    reconstruction: Reconstruction | None = None
-    ignored: Floats | None = None
-    refinements = 0
     with numbers_that_end():
         tell("following the object", 0, 3)
-        if measurement.scheme.position is not None:
-            way: TrackingMethod = "per-frame" if tracking == "per-frame" else "smooth"
-            trajectory = track(measurement, way, mean_filter=mean_filter)
+        path = find_path(measurement, tracking, mean_filter)
         tell("reconstructing", 1, 3)
-        if trajectory is not None and trajectory.angle_deg is not None:
-            _refuse_turned(method)
-            turned = refine_turn(measurement, trajectory, refined=tracking == "joint")
-            trajectory, reconstruction, refinements = turned.trajectory, turned.image, turned.refinements
-        elif measurement.scheme.image_rows is not None:
-            chosen = method_of(method)
-            finer = 1 if trajectory is None or not chosen.finer else None if grid == "auto" else int(grid)
-            still = wanted == "fit"
-            if trajectory is not None and tracking == "joint":
-                of_path = None if grid == "auto" else finer  # the path is the same for all methods
-                refined = refine(measurement, trajectory, grid=of_path, background=wanted)
-                trajectory, reconstruction, refinements = refined.trajectory, refined.image, refined.refinements
-                measurement, still = refined.measurement, chosen.finer and refined.image.still is not None
-            if reconstruction is None or method != "tv":
-                if finer is None:
-                    finer = 1 if trajectory is None else grid_of(trajectory)
-                reconstruction = reconstruct(measurement, trajectory, method, grid=finer, still=still)
-        if trajectory is not None:
-            trajectory = _placed(measurement, trajectory, reconstruction)
-    refuse_endless(trajectory, reconstruction)
+        found = find_image(path, tracking, method, wanted, grid)
+    refuse_endless(found.trajectory, found.reconstruction)
+    trajectory, reconstruction = found.trajectory, found.reconstruction
     known = recording.calibration if isinstance(recording, Recording) else None  # pyright: ignore[reportUnnecessaryIsInstance]
     if trajectory is not None and known is not None:
         trajectory = replace(trajectory, scale=known.displacement)
     took_s = time.perf_counter() - started_s
     tell("comparing", 2, 3)
     with numbers_that_end():
-        if reconstruction is not None:
-            ignored = reconstruct(measurement, None, "conventional").image
+        ignored = None if reconstruction is None else reconstruct(measurement, None, "conventional").image
         stage = None if trajectory is None else stage_figures(recording, trajectory)
-        figures = figures_of(measurement, recording.truth, trajectory, reconstruction, took_s, stage=stage)
+        figures = figures_of(found.measurement, recording.truth, trajectory, reconstruction, took_s, stage=stage)
     tell("done", 3, 3)
-    return Analysis(recording, tracking, trajectory, reconstruction, ignored, refinements, measurement.light, figures)
+    light = found.measurement.light
+    return Analysis(recording, tracking, trajectory, reconstruction, ignored, found.refinements, light, figures)

@@ -17,6 +17,7 @@ from instrument.config import (
     write_calibration,
 )
 from instrument.measurement import LightModel, Measurement
+from instrument.plan import Plan
 from instrument.session import Instrument
 from instrument.storage import open_recording
 from tests.support.benches import SMALL, bench_toml
@@ -36,6 +37,10 @@ MIRRORS = MirrorsSection(
     edge_loss=Measured(value=0.02, sigma=0.002),
     late_s=Measured(value=2e-6, sigma=1e-7),
 )
+
+
+def with_mirrors(mirrors: MirrorsSection) -> Calibration:
+    return Calibration(bench={}, mirrors=mirrors)
 
 
 def calibrated(folder: Path, light: str = "") -> Path:
@@ -66,7 +71,7 @@ def test_a_run_keeps_the_calibrated_dead_time_dark_rate_leak_and_edge_loss(tmp_p
 def test_what_bench_toml_states_stands_above_the_calibration(tmp_path: Path) -> None:
     stated = load_bench(calibrated(tmp_path, '[light]\nleak = 0.1\ndead_time_kind = "non-paralyzable"\n'))
     assert stated.light.dead_time_kind == "non-paralyzable"
-    light = LightModel.of(stated.light, MIRRORS)
+    light = LightModel.of(stated.light, with_mirrors(MIRRORS), Plan(frames=1))
     assert (light.leak.value, light.leak.source) == (0.1, "given")
     assert (light.edge_loss.value, light.edge_loss.source) == (0.02, "calibrated")
 
@@ -74,10 +79,8 @@ def test_what_bench_toml_states_stands_above_the_calibration(tmp_path: Path) -> 
 @pytest.mark.parametrize("kind", ["non-paralyzable", "paralyzable"])
 def test_a_kind_that_is_not_certain_changes_nothing(kind: DeadTimeKind) -> None:
     assert LightModel.of(LightTable(dead_time_kind=kind)).leak.source == "assumed"
-    assert (
-        LightModel.of(LightTable(), MIRRORS.model_copy(update={"leak": Measured(value=-0.001, sigma=0.001)})).leak.value
-        == 0
-    )
+    below = MIRRORS.model_copy(update={"leak": Measured(value=-0.001, sigma=0.001)})
+    assert LightModel.of(LightTable(), with_mirrors(below), Plan(frames=1)).leak.value == 0
 
 
 def test_numbers_are_written_to_the_second_figure_of_their_error() -> None:
