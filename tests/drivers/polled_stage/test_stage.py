@@ -108,8 +108,7 @@ def test_a_motion_is_over_at_its_target_at_once_and_elsewhere_when_told_twice() 
         axis.mm = 15.02
 
     clock.meanwhile = creep
-    looks = [elsewhere.done, elsewhere.done]
-    assert looks == [False, True], "at the first look it was told at two places"
+    assert [elsewhere.done, elsewhere.done] == [False, True], "it was told at two places, and then at one"
     with pytest.raises(DeviceError, match=r"over at 15\.02 mm; the controller says: a switch"):
         elsewhere.wait()
 
