@@ -75,6 +75,13 @@ def test_a_move_is_speed_acceleration_and_target_in_microsteps_and_ends_when_idl
     assert port.script == []
 
 
+def test_by_when_it_stands_follows_from_what_the_controller_runs() -> None:
+    """2.5 mm at 50 mm/s^2 are a triangle of 2 sqrt(2.5 / 50) = 0.447 s; a fifth and a second more."""
+    stage, _, clock = stage_on(asked(5, "get pos"), *SPEEDS, asked(8, "move abs 39062", state="BUSY --"))
+    stage.move_to(2.5, PROFILE)
+    assert stage.stands_by_s - clock.now_s() == pytest.approx(1.2 * 0.4472 + 1.0, abs=1e-3)
+
+
 def test_the_speeds_are_sent_again_only_when_they_change() -> None:
     stage, port, _ = stage_on(
         asked(5, "get pos"),
