@@ -28,6 +28,9 @@ from instrument.calibration import (
 from instrument.config import DeadTimeKind, bench_of_tables
 
 _KINDS: tuple[DeadTimeKind, ...] = ("non-paralyzable", "paralyzable")
+_WHOLE = {"object": "square", "object_height_px": 128, "start_px": [64, 64]}
+"""Nothing in the light: the whole field is lit."""
+
 _WIRINGS: dict[str, dict[str, Any]] = {
     "as planned": {},
     "H- first": {"swap": {}},
@@ -55,7 +58,7 @@ def detectors(draws: int) -> None:
                 random = np.random.default_rng([mcps, _KINDS.index(kind), draw])
                 tau_s, dark_hz = float(random.uniform(15e-9, 40e-9)), float(random.uniform(50, 2000))
                 noise = {"dead_time_s": tau_s, "dead_time_kind": kind, "dark_rate_hz": dark_hz}
-                scene = {"mirror_transition_s": 4e-6, "edge_loss": float(random.uniform(0, 0.05))}
+                scene = {**_WHOLE, "mirror_transition_s": 4e-6, "edge_loss": float(random.uniform(0, 0.05))}
                 with bench_of(scene, counts=mcps * 50, seed=draw, **noise) as (bench, folder):
                     field = PictureField(folder)
                     found = calibrate_detector(bench, field, longest_s=300.0, flicker_s=0.1).section

@@ -62,8 +62,9 @@ def detector(
 ) -> None:
     """Measure dark counts, dead time and its kind, linear limit and flicker; recommend a filter for the counts wanted.
 
-    Dark counts come from a black picture. Close the shutter and say --shutter-closed to tell them from stray light; keep the
-    head in darkness for half an hour before, as its maker does.
+    Take the object out of the light: borders of mirrors within it lose other light than the mean, which in weak light looks
+    like dead time of the other kind. Dark counts come from a black picture. Close the shutter and say --shutter-closed to tell
+    them from stray light; keep the head in darkness for half an hour before, as its maker does.
     """
     from instrument.calibration import calibrate_detector
     from instrument.views import OUT, figures_table
