@@ -91,8 +91,7 @@ def _calibrated(calibration: Calibration, plan: Plan) -> dict[str, Any]:
         for name, number in measured.items()
     }
     if light is not None and light.field_mirrors == plan.image_size * plan.superpixel:
-        blocks, sigma = np.array(light.profile), float(np.max(light.profile_sigma))
-        known["profile"] = Profile.of(blocks, points=min(len(blocks), _PROFILE_POINTS), sigma=sigma)
+        known["profile"] = Profile.of_blocks(np.array(light.profile), np.array(light.profile_sigma))
     return known
 
 
@@ -108,10 +107,6 @@ def _profile(stated: Grid | StatedProfile) -> Profile:
     if isinstance(stated, StatedProfile):
         return Profile(values=stated.values, sigma=stated.sigma, source=stated.source)
     return Profile(values=stated)
-
-
-_PROFILE_POINTS: Final = 6
-"""Points along each axis of a calibrated profile: a lamp's light has no finer features."""
 
 
 IDEAL: Final = LightModel()

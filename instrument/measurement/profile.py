@@ -61,3 +61,30 @@ class Profile(Frozen):
         inverse = np.linalg.pinv(weights)
         values = inverse @ picture @ inverse.T
         return cls(values=tuple(tuple(row) for row in values.tolist()), sigma=sigma, source="calibrated")
+
+    @classmethod
+    def of_blocks(cls, light: Floats, sigma: Floats) -> "Profile":
+        """Fit a surface of second degree to the light of blocks, by weighted least squares: a lamp and a lens make no more.
+
+        Args:
+            light: ``(n, n)`` mean light of each block of the field, relative to their mean; 3 or more along each axis.
+            sigma: ``(n, n)`` standard deviation of each.
+        """
+        blocks = len(light)
+        middle = (np.arange(blocks) + 0.5) * 2 / blocks - 1
+        spread = 1 / (3 * blocks**2)  # the mean of a square over a block lies above the square of its middle
+        terms = _second_degree(middle, middle, spread).reshape(-1, 6)
+        weight = 1 / np.maximum(sigma.ravel(), 1e-6)
+        fitted, *_ = np.linalg.lstsq(terms * weight[:, None], light.ravel() * weight, rcond=None)
+        covariance = np.linalg.inv((terms * weight[:, None] ** 2).T @ terms)
+        edges = np.linspace(-1, 1, 3)
+        at = _second_degree(edges, edges).reshape(-1, 6)
+        values = np.maximum((at @ fitted).reshape(3, 3), 0.01)
+        worst = float(np.sqrt(np.max(np.sum(at @ covariance * at, axis=1))))
+        return cls(values=tuple(tuple(row) for row in values.tolist()), sigma=worst, source="calibrated")
+
+
+def _second_degree(rows: Floats, columns: Floats, spread: float = 0.0) -> Floats:
+    """``(rows, columns, 6)``: 1, y, x, y^2, x y, x^2 at each place, the squares averaged over a width of variance ``spread``."""
+    y, x = np.meshgrid(rows, columns, indexing="ij")
+    return np.stack([np.ones_like(x), y, x, y**2 + spread, x * y, x**2 + spread], axis=-1)

@@ -56,14 +56,12 @@ def printed_by(command: str) -> list[str]:
     """Run a command in the folder that is the current one; give what it prints on standard output."""
     out = io.StringIO()
     ours = terminal.OUT
-    before = ours.file
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(io.StringIO()) as err:
-        ours.file = out
-        width, ours.width = ours.width, 80
-        try:
+    width, ours.width = ours.width, 80
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(io.StringIO()) as err:
             code = status(command.split()[1:])
-        finally:
-            ours.file, ours.width = before, width
+    finally:
+        ours.width = width
     assert code == 0, f"{command}: {code}\n{err.getvalue()}"
     return [line.rstrip() for line in out.getvalue().rstrip("\n").split("\n")]
 

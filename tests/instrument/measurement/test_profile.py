@@ -75,3 +75,20 @@ def test_what_cannot_be_is_refused(tmp_path: Path, line: str) -> None:
     with pytest.raises(ConfigError) as caught:
         load_bench(path)
     assert "light." in str(caught.value)
+
+
+def test_blocks_of_a_falling_light_give_its_surface_and_bad_blocks_little() -> None:
+    """1 - 0.35 r^2 / 2 in the corners' r: 0.65 there. A block's mean of r^2 lies 1 / 96 above r^2 in its middle, for 8 blocks."""
+    middle = (np.arange(8) + 0.5) / 4 - 1
+    squares = middle[:, None] ** 2 + middle**2 + 2 / (3 * 8**2)
+    blocks = 1 - 0.35 * squares / 2
+    sigma = np.full((8, 8), 0.01)
+    profile = Profile.of_blocks(blocks, sigma)
+    assert np.array(profile.values) == pytest.approx(
+        np.array([[0.65, 0.825, 0.65], [0.825, 1, 0.825], [0.65, 0.825, 0.65]])
+    )
+    assert profile.source == "calibrated"
+    assert profile.sigma is not None
+    assert 0.005 < profile.sigma < 0.01, "less than a block's, as six numbers are found of 64"
+    blocks[3, 3], sigma[3, 3] = 5.0, 1e3
+    assert np.allclose(Profile.of_blocks(blocks, sigma).values, profile.values, atol=1e-4)
