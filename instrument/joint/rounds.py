@@ -108,6 +108,9 @@ def _gauss_newton_step(evidence: Evidence, frame: Integers, last: Trajectory) ->
         evidence: residuals and slopes at the last path.
         frame: ``(rows,)`` index of each valid frame.
         last: the path so far.
+
+    Returns:
+        The refined path; the last one where the image is too dark to say anything of it.
     """
     step_px = np.zeros((len(frame), 2))
     fits: list[Smooth] = []
@@ -119,6 +122,8 @@ def _gauss_newton_step(evidence: Evidence, frame: Integers, last: Trajectory) ->
             residual = view.residual - np.vecdot(view.slope, step_px)
             information[frame] += view.slope[:, axis] ** 2
             score[frame] += view.slope[:, axis] * residual
+        if not (information > 0).any():
+            return last  # nothing is to be seen along this axis
         target_px = last_px + score / np.maximum(information, _LEAST_INFORMATION * information.max())
         fit = smooth(target_px, information, absolute_weights=True)
         step_px[:, axis] = (fit.values - last_px)[frame]

@@ -42,6 +42,9 @@ _DITHERING_PX: Final = 1.4
 """Standard deviation of the error that dithered patterns add to a signal, times the field's size: 0.02 px^2 at a period of
 64 px in 128 px and an amplitude of 0.8. It is another one after each pixel of way, and less the more pixels an object has."""
 
+_OF_EDGES: Final = 0.03
+"""Standard deviation of a centre that edges of mirrors alone move, over the total light."""
+
 _SIGNIFICANT: Final = 12.0
 """Squared distance of the centre from 0, in units of its covariance, from which on it counts: chance 1 in 400."""
 
@@ -94,6 +97,7 @@ def _with_offsets(measurement: Measurement) -> Measurement:
         if circle is None:
             offsets |= dict.fromkeys(columns, Parameter(value=0.0))
             continue
+        circle = _near_zero(circle) if measurement.background_known else circle
         sigma = np.sqrt(np.einsum("kp,pq,kq->k", response, circle.covariance, response)).tolist()
         value = (response @ circle.centre).tolist() if _counts(circle) else [0.0] * len(columns)
         source: Source = "fitted" if _counts(circle) else "assumed"
@@ -102,6 +106,13 @@ def _with_offsets(measurement: Measurement) -> Measurement:
             for column, of, error in zip(columns, value, sigma, strict=True)
         }
     return measurement.lit_by(light.model_copy(update={"offsets": tuple(offsets[k] for k in sorted(offsets))}))
+
+
+def _near_zero(circle: Circle) -> Circle:
+    """Weigh the centre with the knowledge that a background was taken off: an arc that is too short would make up another."""
+    certainty = np.linalg.inv(circle.covariance)
+    covariance = np.asarray(np.linalg.inv(certainty + np.eye(2) / _OF_EDGES**2), np.float64)
+    return replace(circle, centre=np.asarray(covariance @ certainty @ circle.centre, np.float64), covariance=covariance)
 
 
 def _counts(circle: Circle) -> bool:

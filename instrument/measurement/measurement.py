@@ -61,6 +61,9 @@ class Measurement:
     light: LightModel = IDEAL
     """What the bench does to the light, as far as ``values`` are free of it."""
 
+    background_known: bool = False
+    """Whether a background was recorded and is taken off, so that little light is left that has nothing to do with the object."""
+
     light_found: bool = False
     """Whether the run itself was asked what the light model is."""
 
@@ -100,6 +103,7 @@ class Measurement:
             frame_time_s=recording.frame_time_s,
             photon_counts=recording.photon_counts,
             findings=screening.findings,
+            background_known=recording.background is not None,
         )
         return measurement.lit_by(LightModel.of(recording.light, recording.calibration, recording.plan))
 

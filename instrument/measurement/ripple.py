@@ -95,13 +95,15 @@ def ripples_seen(total: Floats, amplitude: Floats | None, valid: Mask, time_s: F
     window = np.hanning(frames)
     frequency_hz = np.fft.rfftfreq(4 * frames, step_s)
     least_hz = max(_LEAST_HZ, _FEWEST_PERIODS / (frames * step_s))
+    most_hz = (0.5 - _FEWEST_PERIODS / frames) / step_s  # at half the frame rate amplitude and phase cannot be told apart
+    among = (frequency_hz >= least_hz) & (frequency_hz <= most_hz)
     found: list[Ripple] = []
     for _ in range(_MOST):
-        spectrum = np.abs(np.fft.rfft(left * window, 4 * frames)) * (frequency_hz >= least_hz)
+        spectrum = np.abs(np.fft.rfft(left * window, 4 * frames)) * among
         near_hz = float(frequency_hz[int(np.argmax(spectrum))])
         ripple = _line(left, time_s, near_hz, 1 / (4 * frames * step_s))
         noise = float(np.std(left - ripple.at(time_s))) * np.sqrt(2 / frames)
-        if near_hz < least_hz or ripple.amplitude < _SIGNIFICANT * noise:
+        if not among.any() or ripple.amplitude < _SIGNIFICANT * noise:
             break
         left = left - ripple.at(time_s)
         found.append(ripple.model_copy(update={"lamp_share": _lamp_share(ripple, amplitude, valid, time_s)}))

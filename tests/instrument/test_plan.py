@@ -75,6 +75,7 @@ def test_a_plan_comes_back_from_a_recording_and_one_of_version_0_1_with_its_sett
     plan = Plan(frames=7, image_size=32, scheme=FourierHadamardSettings(fourier_cycles=3, shuffle_seed=4))
     assert Plan.from_json(plan.model_dump_json()) == plan
     once = json.loads(plan.model_dump_json())
-    once.update({**once["scheme"], "scheme": "fourier-hadamard"})
-    del once["name"]
+    settings = once["scheme"]
+    keys = ("upsampling", "fourier_cycles", "hadamard_order", "shuffle_seed")  # all that version 0.1 had
+    once.update({**{key: settings[key] for key in keys}, "scheme": "fourier-hadamard"})
     assert Plan.from_json(json.dumps(once)) == plan

@@ -67,6 +67,18 @@ def test_white_noise_has_no_line_in_two_hundred_runs_but_by_chance() -> None:
     assert sum(bool(lines) for lines in found) <= 2
 
 
+@pytest.mark.parametrize("frames", [600, 601, 1000])
+def test_a_change_from_frame_to_frame_is_no_line(frames: int) -> None:
+    """At half the frame rate sine and cosine are one: each amplitude fits, with a phase of its own. What is near it is found."""
+    index = np.arange(frames)
+    alternating = np.asarray(50 * (1 + 0.1 * (-1.0) ** index), np.float64)
+    assert ripples_seen(alternating, None, ALL[:frames], TIME_S[:frames]) == ()
+    near = Ripple(frequency_hz=(0.5 - 10 / frames) / FRAME_S, amplitude=0.1, phase_rad=0.4)
+    (found,) = ripples_seen(_total(near)[:frames], None, ALL[:frames], TIME_S[:frames])[:1]
+    assert found.frequency_hz == pytest.approx(near.frequency_hz, rel=1e-4)
+    assert found.amplitude == pytest.approx(0.1, rel=0.02)
+
+
 def test_drift_is_no_line() -> None:
     """Half of the light goes, smoothly, over the run: below 40 Hz everything is drift."""
     drifting = 50 * (1 - 0.5 * np.sin(np.pi * TIME_S / TIME_S[-1]) ** 2) + _total(noise=0.01, mean=1.0) - 1

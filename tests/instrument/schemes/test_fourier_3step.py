@@ -98,4 +98,6 @@ def test_an_image_is_refused_and_a_path_is_given() -> None:
     np.testing.assert_allclose(found.trajectory.displacement_px[-1], [2.34, 1.17], atol=0.3)
     assert found.figures.psnr_db is None
     assert found.figures.misfit is None
-    assert set(found.figures.rows()) == {"frames", "travel", "stated uncertainty", "displacement MSE", "analysis"}
+    rows = {"frames", "travel", "stated uncertainty", "displacement MSE", "analysis"}
+    motion = {"travel in px", "speed, mid-run", "speed, start", "speed, end", "acceleration"}
+    assert set(found.figures.rows()) == rows | motion
