@@ -15,7 +15,7 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -137,11 +137,19 @@ MOTIONS: dict[str, MotionPlan] = {
 }
 
 
+FALLING: Final = [[0.65, 0.825, 0.65], [0.825, 1.0, 0.825], [0.65, 0.825, 0.65]]
+"""1 - 0.35 r^2 of the corner's r, at edges and middle: the realistic bench's illumination, as ``calibrate light`` measures it."""
+
+
 def motions(arguments: argparse.Namespace) -> None:
     """Print errors of speed and acceleration of the paper's two motions, 1,666 frames at 128 px, with the true scale given."""
     random = np.random.default_rng(arguments.seed)
-    for realism, falloff in (("ideal", None), ("realistic", 0.0), ("realistic", None)):
-        name = realism + ("" if falloff is None else ", evenly lit")
+    for name, realism, falloff, light in (
+        ("ideal", "ideal", None, {}),
+        ("realistic, evenly lit", "realistic", 0.0, {}),
+        ("realistic", "realistic", None, {}),
+        ("realistic, its illumination known", "realistic", None, {"light": {"profile": FALLING}}),
+    ):
         errors: dict[str, list[tuple[float, float, float, bool]]] = {}
         for _ in range(arguments.draws):
             scene: dict[str, Any] = {
@@ -151,7 +159,7 @@ def motions(arguments: argparse.Namespace) -> None:
                 **({} if falloff is None else {"illumination_falloff": falloff}),
             }
             for motion_name, motion in MOTIONS.items():
-                fit, truth = measured(scene, motion)
+                fit, truth = measured({**light, "scene": scene}, motion)
                 for quantity, true in truth.items():
                     found = getattr(fit, quantity)
                     row = (found.value - true, found.sigma, true, found.low <= true <= found.high)
@@ -167,11 +175,11 @@ def motions(arguments: argparse.Namespace) -> None:
             )
 
 
-def measured(scene: Mapping[str, Any], motion: MotionPlan) -> tuple[MotionFit, dict[str, float]]:
+def measured(tables: Mapping[str, Any], motion: MotionPlan) -> tuple[MotionFit, dict[str, float]]:
     """Record and analyse one motion; give the fit in mm, and the truth."""
     with (
         tempfile.TemporaryDirectory() as folder,
-        Instrument.from_config(bench_of_tables({**SIMULATED, "scene": dict(scene)}, "bench")) as bench,
+        Instrument.from_config(bench_of_tables({**SIMULATED, **tables}, "bench")) as bench,
     ):
         recording = bench.run(Plan(frames=1666, motion=motion), Path(folder) / "run.h5")
     measurement = first_light(recording)

@@ -42,7 +42,7 @@ def test_a_fringe_has_its_periods_along_x() -> None:
 def test_the_letter_looks_different_in_each_of_the_eight_ways() -> None:
     drawn = picture("letter", 64)
     ways = [np.rot90(mirrored, turns) for mirrored in (drawn, drawn[:, ::-1]) for turns in range(4)]
-    least = min(float(np.mean(a != b)) for a, b in itertools.combinations(ways, 2))
+    least = min(float(np.mean(np.not_equal(a, b))) for a, b in itertools.combinations(ways, 2))
     assert least > 0.03
     assert letter(20).shape == (20, round(20 * LETTER_WIDTH))
     assert letter(20)[:, 0].all()  # the stem
