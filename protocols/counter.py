@@ -42,6 +42,10 @@ class CounterLimits(Frozen):
     edge_time_resolution_s: PositiveFloat | None = None
     """Step of the hardware's edge times, in seconds; None where the board gives no edge times."""
 
+    max_unread_bins: PositiveInt | None = None
+    """Number of bins that the device keeps while nobody reads, before some are lost; None where the host takes them in by itself
+    and has room for some seconds of them."""
+
     def check_run(self, run: "CounterRun", device: str) -> None:
         """Refuse a run that is faster or longer than the counter; ``device`` is the name that the error carries.
 

@@ -49,6 +49,7 @@ def counter_limits(
     max_sync_rate_hz: float,
     max_bins: PositiveInt | None = None,
     edge_time_resolution_s: float | None = None,
+    max_unread_bins: PositiveInt | None = None,
 ) -> CounterLimits:
     """Limits of a head on a counter board; the slower of the two decides (fact sheet, section 2, fact 3)."""
     dead_time_s = head.system_dead_time_s or max(head.dead_time_s, counter_dead_time_s)
@@ -59,4 +60,5 @@ def counter_limits(
         dark_rate_hz=head.dark_rate_hz,
         max_bins=max_bins,
         edge_time_resolution_s=edge_time_resolution_s,
+        max_unread_bins=max_unread_bins,
     )

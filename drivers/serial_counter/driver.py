@@ -1,5 +1,7 @@
 """Opening a serial counter: who it is, and how fast its clock is."""
 
+from typing import Final
+
 import serial
 
 from drivers.h10682.counter import H10682Counter
@@ -9,6 +11,9 @@ from drivers.serial_counter.run import SerialRun, ask
 from drivers.serial_counter.settings import SerialCounterSettings
 from drivers.serial_line import LineWire, open_port
 from protocols import BenchContext, DeviceIdentity, DeviceTimeout, DriverUnavailable, ProtocolViolation
+
+_RING_BINS: Final = 8192
+"""Bins that the example firmware keeps; what the line holds comes on top."""
 
 
 def open_serial_counter(settings: SerialCounterSettings, context: BenchContext) -> H10682Counter:
@@ -68,6 +73,7 @@ def open_serial_counter(settings: SerialCounterSettings, context: BenchContext) 
         counter_dead_time_s=settings.counter_dead_time_s,
         max_sync_rate_hz=settings.max_sync_rate_hz,
         edge_time_resolution_s=1 / int(ticks_hz),
+        max_unread_bins=_RING_BINS,
     )
     return H10682Counter(
         identity, limits, lambda run: SerialRun(run, wire, int(ticks_hz), context.clock), close=wire.close

@@ -5,12 +5,17 @@ and nothing is subtracted. ``packets`` says how the samples come. Without an edg
 no timebase that a counter could count. Fact sheet h10682-daq, section 5.
 """
 
+from typing import Final
+
 from drivers.h10682.counter import H10682Counter
 from drivers.h10682.detector import NAME, counter_limits
 from drivers.usb_ctr.board import UsbCtrBoard
+from drivers.usb_ctr.codec import FIFO_WORDS
 from drivers.usb_ctr.scan import UsbCtrScan
 from drivers.usb_ctr.settings import UsbCtrSettings
 from protocols import Clock, CounterLimits, DeviceIdentity, InputError
+
+_MOST_WORDS: Final = 2  # of a count: of one that may pass 65,535
 
 
 def usb_ctr_counter(
@@ -40,6 +45,7 @@ def _limits(settings: UsbCtrSettings) -> CounterLimits:
         counter_dead_time_s=settings.counter_dead_time_s,
         max_sync_rate_hz=settings.max_sync_rate_hz,
         edge_time_resolution_s=settings.edge_timer.tick_s if settings.edge_timer else None,
+        max_unread_bins=FIFO_WORDS // (_MOST_WORDS * (2 if settings.edge_timer else 1)),
     )
 
 

@@ -1,5 +1,6 @@
 """One run: load, arm, move, start, read until the last pattern, and tell what happened."""
 
+import math
 from dataclasses import dataclass
 from typing import Final, Literal, Protocol, TypeAlias
 
@@ -193,7 +194,8 @@ class _Reader:
         self.bins = 0
         self._plays_until_s = 0.0
         stage = devices.stage if STAGE.name in devices.by_role else None
-        self.watch = StageWatch(stage, devices.clock)
+        waiting = devices.counter.limits.max_unread_bins
+        self.watch = StageWatch(stage, devices.clock, unread_s=math.inf if waiting is None else waiting * period_s)
         self.motion: Motion | None = None
 
     def run(self, plan: Plan) -> None:

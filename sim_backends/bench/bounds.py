@@ -14,6 +14,9 @@ Factor: TypeAlias = Annotated[float, Field(gt=0, le=1e6)]
 Level: TypeAlias = Annotated[float, Field(ge=0, le=1e6)]
 """A ratio that may be 0."""
 
+Offset: TypeAlias = Annotated[float, Field(ge=-1e6, le=1e6)]
+"""What is added to a signal, of either sign."""
+
 Part: TypeAlias = Annotated[float, Field(ge=0, le=1)]
 """A part of a whole, or a probability."""
 

@@ -17,17 +17,25 @@ Dialect: TypeAlias = Literal["mc600", "sc300"]
 
 _NEVER_ENDS: Final = ("stage", "17.800 of 17.800 mm done", "the line that ends the motion to 17.8 mm")
 
+_MC600_MOVE: Final = 'at = "GoPosition"'
+
+_SC300_MOVE: Final = 'at = "+X"'
+
+
+def _behind(command: str) -> str:
+    return f"{command}, behind = true"
+
 
 def _fault(line: str) -> str:
     return f"faults = [{{ {line} }}]"
 
 
-def _mute(dialect: Dialect, fault: str, nth: int, *says: str, kept: int | None = 0) -> Row:
+def _mute(dialect: Dialect, fault: str, when: str, *says: str, kept: int | None = 0) -> Row:
     """A stage that does not tell whether it obeyed the stop: that it may still move is what is raised."""
     return Row(
         fault=fault,
         stage=dialect,
-        emulator=_fault(f'kind = "mute", nth = {nth}'),
+        emulator=_fault(f'kind = "mute", {when}'),
         error=SafeStateFailed,
         after=DeviceTimeout,
         says=("stage", *says, "switch off by hand", "by what it was commanded, the stage"),
@@ -37,12 +45,12 @@ def _mute(dialect: Dialect, fault: str, nth: int, *says: str, kept: int | None =
     )
 
 
-def _gone(dialect: Dialect, fault: str, nth: int, kept: int | None = 0) -> Row:
+def _gone(dialect: Dialect, fault: str, when: str, kept: int | None = 0) -> Row:
     """A stage that cannot be reached may still move: that it cannot be made safe is what is raised."""
     return Row(
         fault=fault,
         stage=dialect,
-        emulator=_fault(f'kind = "port-vanishes", nth = {nth}'),
+        emulator=_fault(f'kind = "port-vanishes", {when}'),
         error=SafeStateFailed,
         after=DeviceDisconnected,
         says=("stage", "a serial port that fails", "switch off by hand"),
@@ -137,7 +145,7 @@ def _common(dialect: Dialect, *, completion_byte: int) -> Iterator[Row]:
 
 
 def mc600_rows() -> tuple[Row, ...]:
-    """Of the MC600, whose 12th command starts the run's motion."""
+    """Of the MC600. A run asks for the position three times before it moves: to go to its start, for its log, to move."""
     dialect: Final = "mc600"
     return (
         *_common(dialect, completion_byte=3),
@@ -149,12 +157,18 @@ def mc600_rows() -> tuple[Row, ...]:
             "SetUnit",
         ),
         Row(
-            fault="the answer to a position query is lost",
+            fault="the answer to the position query of a move is lost",
             stage=dialect,
-            emulator=_fault('kind = "lost-reply", nth = 8'),
+            emulator=_fault('kind = "lost-reply", at = "Position?", nth = 6'),
             error=DeviceTimeout,
             says=("stage", "not a byte", "Position? X"),
             kept=0,
+            again="good",
+        ),
+        Row(
+            fault="the answer to the position query of the run's log is lost: the stage is asked no more while the run goes on",
+            stage=dialect,
+            emulator=_fault('kind = "lost-reply", at = "Position?", nth = 5'),
             again="good",
         ),
         Row(
@@ -169,23 +183,23 @@ def mc600_rows() -> tuple[Row, ...]:
         Row(
             fault="a byte of a position is corrupted",
             stage=dialect,
-            emulator=_fault('kind = "corrupted-byte", nth = 7, byte = 2'),
+            emulator=_fault('kind = "corrupted-byte", at = "Position?", nth = 4, byte = 2'),
             error=DeviceTimeout,
             says=("stage", "POCITION?"),
             kept=0,
             again="good",
         ),
-        _mute(dialect, "mute from a setting on", 10, "no position (not a byte"),
-        _mute(dialect, "mute from the move on", 12, "no position but a predicted one"),
-        _mute(dialect, "mute while it moves", 13, "no position but a predicted one", kept=None),
-        _gone(dialect, "the port vanishes at a setting", 10),
-        _gone(dialect, "the port vanishes at the move", 12),
-        _gone(dialect, "the port vanishes while it moves", 13, kept=None),
+        _mute(dialect, "mute from a setting on", 'at = "SetInitSpeed"', "no position (not a byte"),
+        _mute(dialect, "mute from the move on", _MC600_MOVE, "no position but a predicted one"),
+        _mute(dialect, "mute while it moves", _behind(_MC600_MOVE), "no position but a predicted one", kept=None),
+        _gone(dialect, "the port vanishes at a setting", 'at = "SetInitSpeed"'),
+        _gone(dialect, "the port vanishes at the move", _MC600_MOVE),
+        _gone(dialect, "the port vanishes while it moves", _behind(_MC600_MOVE), kept=None),
     )
 
 
 def sc300_rows() -> tuple[Row, ...]:
-    """Of the SC300, whose 10th command starts the run's motion."""
+    """Of the SC300, which is asked as the MC600 is."""
     dialect: Final = "sc300"
     return (
         *_common(dialect, completion_byte=3),
@@ -204,7 +218,7 @@ def sc300_rows() -> tuple[Row, ...]:
         Row(
             fault="a byte of the answer to a setting is corrupted",
             stage=dialect,
-            emulator=_fault('kind = "corrupted-byte", nth = 7, byte = 2'),
+            emulator=_fault('kind = "corrupted-byte", at = "AX", byte = 2'),
             error=DeviceTimeout,
             says=("stage", "O["),
             kept=0,
@@ -216,9 +230,9 @@ def sc300_rows() -> tuple[Row, ...]:
             emulator=_fault('kind = "corrupted-byte", at = "completion"'),
             again="good",
         ),
-        _mute(dialect, "mute from a setting on", 8, "no position (not a byte"),
-        _mute(dialect, "mute while it moves", 10, "no position but a predicted one", kept=None),
-        _gone(dialect, "the port vanishes at a setting", 8),
-        _gone(dialect, "the port vanishes at the move", 10),
-        _gone(dialect, "the port vanishes while it moves", 11, kept=None),
+        _mute(dialect, "mute from a setting on", 'at = "FX"', "no position (not a byte"),
+        _mute(dialect, "mute while it moves", _SC300_MOVE, "no position but a predicted one", kept=None),
+        _gone(dialect, "the port vanishes at a setting", 'at = "FX"'),
+        _gone(dialect, "the port vanishes at the move", _SC300_MOVE),
+        _gone(dialect, "the port vanishes while it moves", _behind(_SC300_MOVE), kept=None),
     )

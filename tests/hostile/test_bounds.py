@@ -14,10 +14,15 @@ SIMULATED: list[tuple[PluginKind, str]] = [
     ("counter", "simulated"),
     ("stage", "simulated"),
     ("transport", "alp-emulator"),
+    ("transport", "dlpc900-emulator"),
+    ("transport", "grbl-emulator"),
     ("transport", "mc600-emulator"),
+    ("transport", "ni-analog-emulator"),
     ("transport", "ni-emulator"),
     ("transport", "sc300-emulator"),
+    ("transport", "serial-counter-emulator"),
     ("transport", "usb-ctr-emulator"),
+    ("transport", "zaber-emulator"),
 ]
 
 

@@ -94,7 +94,12 @@ def test_what_plug_ins_say_of_themselves_is_printed_as_it_stands(told: Told, mon
     monkeypatch.setattr(discovery, "list_plugins", lambda: (ready, broken))
     monkeypatch.setattr("instrument.config.list_plugins", lambda: (ready, broken))
     said = told("drivers")
-    for written in ("[/b]\\x1b[2J", "sum[/x]mary", "is not ready: Error: [/y]\\x1b", "ready [/]"):
+    name = "[/b]\\x1b[2J"
+    for written in (
+        f"{name} │ sum[/x]mary (dist[bold] 1[/], [/]) │ ready │",
+        f"{name} │ sum[/x]mary (dist[bold] 1[/]) │ not ready │",
+        f"{name}: Error: [/y]\\x1b",
+    ):
         assert written in said
     assert "no device found" in told("drivers", "probe")
 

@@ -3,7 +3,7 @@
 from typing import Literal
 
 from protocols import Frozen
-from sim_backends.bench.bounds import Factor, Hertz, Index, Level, Seconds, Seed
+from sim_backends.bench.bounds import Factor, Hertz, Index, Level, Offset, Seconds, Seed
 
 
 class NiAnalogEmulatorSettings(Frozen):
@@ -24,7 +24,7 @@ class NiAnalogEmulatorSettings(Frozen):
     volts_per_light: Factor = 1e-3
     """Voltage for one count, or one lit pixel, in a bin."""
 
-    offset_v: float = 0.0
+    offset_v: Offset = 0.0
     """Voltage in darkness."""
 
     noise_v: Level = 0.002

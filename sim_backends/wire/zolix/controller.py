@@ -191,7 +191,8 @@ class EmulatedController:
 
     def _command(self, line: bytes) -> None:
         """Take a line whose CR comes at ``_line_in_s``: nothing can come between, so it is carried out at once."""
-        if not self.faults.command():
+        command = line.replace(b"\n", b"").decode("ascii", "replace")
+        if not self.faults.command(command):
             self.vanished = True
             return
         start_s = max(self._line_in_s + self.settings.turnaround_s, self._busy_s)
@@ -201,7 +202,6 @@ class EmulatedController:
         if b"\n" in line and self.settings.strict_lf:
             self._transmit(start_s, self._dialect.bad_line, "")
             return
-        command = line.replace(b"\n", b"").decode("ascii", "replace")
         if self._moving(start_s) and not self._may_interrupt(command):
             if self.settings.busy_policy == "queue":
                 self._held.append(command)

@@ -26,7 +26,8 @@ class Faults:
         """Begin with nothing counted."""
         self._faults = faults
         self._seen: Counter[int] = Counter()
-        self.commands = 0
+        self._now: set[type[StageFault]] = set()
+        self._next: set[type[StageFault]] = set()
         self.completions = 0
         self.moves = 0
 
@@ -35,10 +36,15 @@ class Faults:
         """Whether a limit switch is never released."""
         return any(isinstance(fault, LimitSticks) for fault in self._faults)
 
-    def command(self) -> bool:
+    def command(self, line: str) -> bool:
         """Count a command; tell whether the port is still there."""
-        self.commands += 1
-        return not any(isinstance(fault, PortVanishes) and self.commands >= fault.nth for fault in self._faults)
+        self._now |= self._next
+        for number, fault in enumerate(self._faults):
+            if isinstance(fault, PortVanishes | Mute) and line.upper().startswith(fault.at.upper()):
+                self._seen[number] += 1
+                if self._seen[number] >= fault.nth:
+                    (self._next if fault.behind else self._now).add(type(fault))
+        return PortVanishes not in self._now
 
     def move(self) -> float | None:
         """Count a move; give the part of its distance after which the motor stalls."""
@@ -60,7 +66,7 @@ class Faults:
             answers: the command, or ``COMPLETION``.
             line: with its CR.
         """
-        if any(isinstance(fault, Mute) and self.commands >= fault.nth for fault in self._faults):
+        if Mute in self._now:
             return b""
         for number, fault in enumerate(self._faults):
             if isinstance(fault, LostReply | CorruptedByte) and answers.upper().startswith(fault.at.upper()):

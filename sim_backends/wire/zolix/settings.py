@@ -69,8 +69,14 @@ class Mute(Frozen):
     kind: Literal["mute"]
     """Tells this table from the others."""
 
+    at: str = ""
+    """Beginning of the command; empty: any."""
+
     nth: Number = 1
-    """Number of the first command that finds no port, from 1."""
+    """Which of them, from 1."""
+
+    behind: bool = False
+    """Whether that one is still carried out and answered."""
 
 
 class Stall(Frozen):
@@ -99,8 +105,14 @@ class PortVanishes(Frozen):
     kind: Literal["port-vanishes"]
     """Tells this table from the others."""
 
+    at: str = ""
+    """Beginning of the command; empty: any."""
+
     nth: Number = 1
-    """At which command, from 1. It is not carried out."""
+    """Which of them, from 1."""
+
+    behind: bool = False
+    """Whether that one is still carried out and answered."""
 
 
 StageFault: TypeAlias = Annotated[

@@ -41,6 +41,7 @@ def test_opening_stops_what_was_armed_and_asks_who_is_there() -> None:
     assert counter.identity.model == "Pico with H10682-210"
     assert counter.limits.edge_time_resolution_s == 1e-6
     assert counter.limits.dead_time_s == 35e-9
+    assert counter.limits.max_unread_bins == 8192
     assert port.script == []
 
 

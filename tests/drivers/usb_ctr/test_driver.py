@@ -123,6 +123,7 @@ def test_a_timer_on_a_second_counter_times_the_edges() -> None:
     assert block.opening_edge_s.tolist() == pytest.approx([0.0, 50e-6, 150e-6])
     assert block.closing_edge_s == pytest.approx(200e-6)
     assert device.limits.edge_time_resolution_s == pytest.approx(104.17e-9, rel=1e-4)
+    assert device.limits.max_unread_bins == 2048, "8192 words: two counters, of two words each at most"
     assert device.disarm().edges_seen == 4
     assert pipe.script == []
 

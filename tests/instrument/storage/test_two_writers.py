@@ -235,7 +235,7 @@ def test_an_interrupt_while_the_file_is_made_leaves_nothing(path: Path, monkeypa
     def interrupt(*_arguments: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("instrument.storage.writer._add_what_grows", interrupt)
+    monkeypatch.setattr("instrument.storage.empty_recording._add_what_grows", interrupt)
     with pytest.raises(KeyboardInterrupt):
         RecordingWriter(path, PLAN, picture_time_s=50e-6)
     assert list(path.parent.iterdir()) == []

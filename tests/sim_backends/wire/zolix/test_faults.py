@@ -53,6 +53,18 @@ def test_a_box_may_fall_silent_and_still_obey() -> None:
     assert host.controller.reported_mm() == 1.0
 
 
+def test_a_box_may_fall_silent_behind_the_second_of_a_kind() -> None:
+    """Other commands are not counted, however they are written; the second move is answered, its end and all else is not."""
+    host = mc600(faults=[{"kind": "mute", "at": "goposition", "nth": 2, "behind": True}])
+    assert _moved(host) == b"X 1.000,OK\r"
+    assert host.ask(b"Position? X\r") == b"POSITION? X,1.000,OK\r"
+    assert _moved(host) == b"X 2.000,OK\r"
+    assert host.ask(b"Hello\r") == b""
+    assert host.ask(b"GoPosition X,O,R,P,1\r") == b""
+    host.rest()
+    assert host.controller.reported_mm() == 3.0
+
+
 def test_a_stall_is_seen_only_by_the_truth() -> None:
     """The controller reports 1 mm, the carriage stands at a quarter of it."""
     host = mc600(faults=[{"kind": "stall", "after": 0.25}])
@@ -88,3 +100,15 @@ def test_the_port_may_vanish() -> None:
     with pytest.raises(serial.SerialException, match="gone"):
         _ = host.port.in_waiting
     host.port.close()
+
+
+def test_the_port_may_vanish_at_a_command_by_name_or_behind_it() -> None:
+    """At it, the command is not carried out; behind it, it is."""
+    for behind, place_mm in ((False, 0.0), (True, 1.0)):
+        host = mc600(faults=[{"kind": "port-vanishes", "at": "GoPosition", "behind": behind}])
+        assert host.ask(b"Hello\r") == b"OK\r"
+        if behind:
+            assert _moved(host) == b"X 1.000,OK\r"
+        with pytest.raises(serial.SerialException, match="gone"):
+            host.port.write(b"GoPosition X,O,R,P,1\r")
+        assert host.controller.reported_mm() == place_mm
