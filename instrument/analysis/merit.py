@@ -71,7 +71,7 @@ class Figures(Frozen):
     """Angle of the last frame against frame 0, clockwise as one looks at the picture; None where the scheme sees none."""
 
     turn_sigma_deg: NonNegativeFloat | None = None
-    """Median of the stated standard deviation of the angle."""
+    """Its stated standard deviation, that of the last frame."""
 
     displacement_mse_px2: float | None = None
     """Mean squared error of the displacement over frames and both axes, relative to frame 0."""
@@ -121,7 +121,7 @@ class Figures(Frozen):
             rows["stage"] = self.stage.row()
         if self.turn_deg is not None:
             sigma = "-" if self.turn_sigma_deg is None else f"{self.turn_sigma_deg:.2f}"
-            rows["turn"] = f"{self.turn_deg:.2f} degrees clockwise (+- {sigma}, median)"
+            rows["turn"] = f"{self.turn_deg:.2f} degrees clockwise (+- {sigma}, one sigma)"
         if self.displacement_mse_px2 is not None and self.displacement_mse_offset_free_px2 is not None:
             rows["displacement MSE"] = (
                 f"{self.displacement_mse_px2:.4f} px^2 ({self.displacement_mse_offset_free_px2:.4f} offset-free)"
@@ -258,7 +258,7 @@ def _path_figures(trajectory: Trajectory | None, truth: Truth | None) -> dict[st
         "motion_mm": trajectory.motion_mm,
     }
     if trajectory.angle_deg is not None and trajectory.angle_sigma_deg is not None:
-        turn_sigma = float(np.median(trajectory.angle_sigma_deg))
+        turn_sigma = float(trajectory.angle_sigma_deg[-1])
         figures["turn_deg"] = float(trajectory.angle_deg[-1])
         figures["turn_sigma_deg"] = turn_sigma if np.isfinite(turn_sigma) else None
     if trajectory.start_px is not None and trajectory.start_sigma_px is not None:

@@ -32,6 +32,7 @@ _TOO_DIM_HZ: Final = 1000.0
 _CERTAIN_LIGHT: Final = 5.0
 _MAINS_HZ: Final = (50.0, 60.0)
 _NEAR_HZ: Final = 0.5
+_SURE: Final = 3.0
 _WEIGHTS: Final = {PARTS: 3, PARTS // 2: 2, PARTS // 4: 1, 1: 1}
 """How often pictures of so many parts stand in a cycle: the bright ones tell the most, and there are few of them."""
 
@@ -91,12 +92,15 @@ def calibrate_detector(
     )
     borders = _parts(bench, field)
     fit, between, brightest_hz = _climb(bench, field, borders, longest_s)
+    # Light that excludes neither no dead time nor what the counter states tells nothing, and must not replace the latter.
+    stated_s = bench.counter.limits.dead_time_s
+    told = any(abs(fit.dead_time_s - tau_s) > _SURE * fit.sigma_s for tau_s in (0.0, stated_s))
     found = section.model_copy(
         update={
-            "dead_time_s": Measured(value=max(0.0, fit.dead_time_s), sigma=fit.sigma_s),
-            "dead_time_kind": fit.kind if between >= CERTAIN and fit.dead_time_s > 0 else None,
+            "dead_time_s": Measured(value=max(0.0, fit.dead_time_s), sigma=fit.sigma_s) if told else None,
+            "dead_time_kind": fit.kind if told and between >= CERTAIN and fit.dead_time_s > 0 else None,
             "chi_square_between": between,
-            "linear_limit_hz": linear_limit_hz(fit.dead_time_s, fit.kind) if fit.dead_time_s > 0 else None,
+            "linear_limit_hz": linear_limit_hz(fit.dead_time_s, fit.kind) if told and fit.dead_time_s > 0 else None,
             "brightest_hz": brightest_hz,
             "flicker": lines,
         }
@@ -227,7 +231,7 @@ def _folded(counts: PictureCounts) -> PictureCounts:
 def _doubts(fit: DeadTimeFit, between: float, brightest_hz: float) -> list[str]:
     doubts: list[str] = []
     loss = brightest_hz * fit.dead_time_s
-    if fit.dead_time_s < 3 * fit.sigma_s:
+    if fit.dead_time_s < _SURE * fit.sigma_s:
         doubts.append(f"no dead time is seen at {brightest_hz:.3g} counts/s: brighter light shows it")
     elif between < CERTAIN:
         doubts.append(

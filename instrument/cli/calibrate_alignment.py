@@ -14,6 +14,7 @@ from instrument.cli.options import (
     OverwriteOption,
     SuperpixelOption,
     print_json,
+    refuse_no_amount,
 )
 
 if TYPE_CHECKING:
@@ -48,6 +49,7 @@ def alignment(
     from instrument.views import OUT, alignment_figure, figures_table, save, say, warn
     from protocols import InputError
 
+    refuse_no_amount(pattern_rate=pattern_rate)
     if step is not None and not 0 < abs(step) < 1e6:
         raise InputError(saw=f"--step {step:g}", expected="millimetres, not 0", remedy="correct it, or leave it out")
     shape = None if picture is None else _target(picture)

@@ -15,6 +15,7 @@ from instrument.cli.options import (
     OverwriteOption,
     SuperpixelOption,
     print_json,
+    refuse_no_amount,
 )
 
 if TYPE_CHECKING:
@@ -68,11 +69,8 @@ def detector(
     """
     from instrument.calibration import calibrate_detector
     from instrument.views import OUT, figures_table
-    from protocols import InputError
 
-    for name, value in (("--counts", counts), ("--longest", longest), ("--dark", dark)):
-        if not 0 < value < 1e9:
-            raise InputError(saw=f"{name} {value:g}", expected="a number above 0", remedy="correct it")
+    refuse_no_amount(pattern_rate=pattern_rate, counts=counts, longest=longest, dark=dark)
     with opened(bench, runs, image_size, superpixel, overwrite) as (config, instrument, field):
         found = calibrate_detector(
             instrument,
@@ -99,9 +97,10 @@ def detector(
         )
         return
     rows = {"dark counts": f"{section.dark_rate_hz} /s" + ("" if shutter_closed else ", stray light among them")}
-    if section.dead_time_s is not None and not shutter_closed:
+    if not shutter_closed:
         kind = section.dead_time_kind or "of which kind is not certain"
-        rows["dead time"] = f"{_in_ns(section.dead_time_s)}, {kind}"
+        tau_s = section.dead_time_s
+        rows["dead time"] = "not seen: the counter's own is taken" if tau_s is None else f"{_in_ns(tau_s)}, {kind}"
         limit_hz = section.linear_limit_hz
         rows["linear limit"] = "none seen" if limit_hz is None else f"{limit_hz:,.0f} counts/s (a tenth is lost)"
         rows["white picture"] = f"{found.white_counts:.1f} counts at {pattern_rate:g} pictures/s"
@@ -127,6 +126,7 @@ def mirrors(
     from instrument.calibration import calibrate_mirrors
     from instrument.views import OUT, figures_table
 
+    refuse_no_amount(pattern_rate=pattern_rate, seconds=seconds)
     with opened(bench, runs, image_size, superpixel, overwrite) as (config, instrument, field):
         found = calibrate_mirrors(
             instrument, field, pattern_rate_hz=pattern_rate, seconds=seconds, **dead_time(config, out)
@@ -161,6 +161,7 @@ def light(
     from instrument.calibration import calibrate_light
     from instrument.views import OUT, figures_table
 
+    refuse_no_amount(pattern_rate=pattern_rate, seconds=seconds)
     with opened(bench, runs, image_size, superpixel, overwrite) as (config, instrument, field):
         found = calibrate_light(
             instrument, field, pattern_rate_hz=pattern_rate, seconds=seconds, **dead_time(config, out)

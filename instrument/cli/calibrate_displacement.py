@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from instrument.cli.calibrate import CalibrationOption, say_written, target
-from instrument.cli.options import BenchOption, JsonOption, print_json
+from instrument.cli.options import BenchOption, JsonOption, print_json, refuse_no_amount
 
 if TYPE_CHECKING:
     from instrument.config import BenchConfig, DisplacementSection
@@ -49,6 +49,7 @@ def displacement(
     from instrument.config import load_bench, refuse_other, updated_calibration
     from instrument.session import Instrument
 
+    refuse_no_amount(pattern_rate_hz=pattern_rate_hz)
     config = load_bench(bench, calibrated=False)
     path = target(config, out)
     with Instrument.from_config(config) as opened:

@@ -21,7 +21,14 @@ def compare_files(
     from instrument.analysis import compare
     from instrument.storage import open_recording
     from instrument.views import OUT, compared_figure, figures_table, save, say
+    from protocols import InputError
 
+    if picture is not None and (picture.suffix.lower() != ".png" or not picture.parent.is_dir()):
+        raise InputError(
+            saw=f"the picture {picture}",
+            expected="a name that ends in .png, in a folder that exists",
+            remedy="correct it",
+        )
     found = compare(open_recording(reference), open_recording(moving))
     if picture is not None:
         save(compared_figure(found), picture)

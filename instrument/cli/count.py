@@ -4,7 +4,14 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from instrument.cli.options import BenchOption, ImageSizeOption, JsonOption, SuperpixelOption, print_json
+from instrument.cli.options import (
+    BenchOption,
+    ImageSizeOption,
+    JsonOption,
+    SuperpixelOption,
+    print_json,
+    refuse_no_amount,
+)
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -40,6 +47,7 @@ def count(
     from instrument.session import count as count_light
     from instrument.views import ERR, OUT
 
+    refuse_no_amount(pattern_rate=pattern_rate)
     roles = ("modulator", "counter")
     tell_libraries(bench, roles)
     if as_json and seconds is None:

@@ -24,7 +24,8 @@ def film(
 
     path = file.with_suffix(".gif") if out is None else out
     refuse_no_film(path)
-    refuse_existing(path, overwrite=overwrite)
+    if not (overwrite and path.is_file()):
+        refuse_existing(path)
     analysis = analysed(open_recording(file))
     with progress() as bars:
         task = bars.add_task("film", total=None)

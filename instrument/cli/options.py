@@ -1,7 +1,7 @@
 """Options that several sub-commands share, each written once."""
 
 from pathlib import Path
-from typing import Annotated, TypeAlias
+from typing import Annotated, Final, TypeAlias
 
 import typer
 
@@ -13,6 +13,27 @@ JsonOption: TypeAlias = Annotated[bool, typer.Option("--json", help="Print the f
 ImageSizeOption: TypeAlias = Annotated[int, typer.Option("--image-size", help="Image pixels a side of the field.")]
 SuperpixelOption: TypeAlias = Annotated[int, typer.Option("--superpixel", help="Mirrors a side of one image pixel.")]
 OverwriteOption: TypeAlias = Annotated[bool, typer.Option("--overwrite", help="Replace files that exist.")]
+
+
+_TOO_MUCH: Final = 1e9
+
+
+def refuse_no_amount(**options: float) -> None:
+    """Refuse what is no time and no rate, before any device is opened.
+
+    Args:
+        options: value by the option's name, with ``_`` for ``-``.
+
+    Raises:
+        InputError: a value is not above 0, not finite, or beyond all devices.
+    """
+    from protocols import InputError
+
+    for name, value in options.items():
+        if not 0 < value < _TOO_MUCH:
+            raise InputError(
+                saw=f"--{name.replace('_', '-')} {value:g}", expected="a number above 0", remedy="correct it"
+            )
 
 
 def print_json(figures: dict[str, object]) -> None:

@@ -1,6 +1,7 @@
 """The detector of a simulated bench, found by ordinary runs."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ def field(folder: Path) -> PictureField:
 
 @pytest.mark.parametrize("kind", ["non-paralyzable", "paralyzable"])
 def test_dead_time_its_kind_and_the_dark_rate_at_twenty_million_a_second(tmp_path: Path, kind: DeadTimeKind) -> None:
-    noise = {"dead_time_s": 2.5e-8, "dead_time_kind": kind, "dark_rate_hz": 3000.0}
+    noise: dict[str, Any] = {"dead_time_s": 2.5e-8, "dead_time_kind": kind, "dark_rate_hz": 3000.0}
     scene = {"edge_loss": 0.02, "mirror_transition_s": 4e-6, "led_flicker": 0.01}
     with bench_of(scene, mcps=20, **noise) as bench:
         found = calibrate_detector(bench, field(tmp_path), dark_s=1.0, longest_s=3.0, flicker_s=0.5)
@@ -41,7 +42,16 @@ def test_a_bench_that_is_too_dim_says_what_it_cannot_tell(tmp_path: Path) -> Non
     with bench_of(mcps=0.05, dead_time_s=2e-8) as bench:
         found = calibrate_detector(bench, field(tmp_path), dark_s=0.5, longest_s=1.0, flicker_s=0.1)
     assert found.section.dead_time_kind is None
+    assert found.section.dead_time_s is None  # what the counter states stays in force
+    assert found.section.linear_limit_hz is None
     assert "brighter light" in found.doubts[0]
+
+
+def test_light_that_excludes_the_counters_own_figure_tells_of_none(tmp_path: Path) -> None:
+    with bench_of(mcps=20, dead_time_s=0.0, stated_s=5e-8) as bench:
+        found = calibrate_detector(bench, field(tmp_path), dark_s=0.1, longest_s=1.0, flicker_s=0.1)
+    assert found.section.dead_time_s is not None
+    assert found.section.dead_time_s.value < 5e-9
 
 
 def test_without_light_there_is_nothing_to_measure_but_dark_counts(tmp_path: Path) -> None:

@@ -211,3 +211,36 @@ def test_a_run_that_is_ended_from_outside_makes_the_bench_safe_and_keeps_what_it
     assert "patterns are kept in" in ended.stderr
     assert "Traceback" not in ended.stderr
     assert 0 < len(open_recording(out)) < 1600
+
+
+@pytest.mark.parametrize(
+    ("command", "option"),
+    [
+        (("count",), "--pattern-rate"),
+        (("calibrate", "detector"), "--pattern-rate"),
+        (("calibrate", "mirrors"), "--pattern-rate"),
+        (("calibrate", "mirrors"), "--seconds"),
+        (("calibrate", "light"), "--pattern-rate"),
+        (("calibrate", "light"), "--seconds"),
+        (("calibrate", "alignment"), "--pattern-rate"),
+        (("calibrate", "displacement"), "--pattern-rate-hz"),
+    ],
+)
+@pytest.mark.parametrize("value", ["0", "-1", "nan", "inf"])
+def test_what_is_no_time_and_no_rate_is_refused(
+    tmp_path: Path, command: tuple[str, ...], option: str, value: str, refused: Refused
+) -> None:
+    said = refused(*command, "--bench", bench_toml(tmp_path), option, value)
+    assert f"saw {option} {value}; expected a number above 0" in said
+
+
+@pytest.mark.parametrize("name", ["both.txt", "nowhere/both.png"])
+def test_a_comparison_that_cannot_be_drawn_is_refused_before_the_work(
+    tmp_path: Path, name: str, refused: Refused
+) -> None:
+    still, run = tmp_path / "still.h5", tmp_path / "run.h5"
+    for path in (still, run):
+        with Instrument.from_toml(bench_toml(tmp_path)) as bench:
+            bench.run(SMALL, path)
+    said = refused("compare", still, run, "--picture", tmp_path / name)
+    assert "ends in .png" in said

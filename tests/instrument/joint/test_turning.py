@@ -80,6 +80,8 @@ def test_angle_and_image_of_an_object_that_turns(turn_deg: float) -> None:
     assert at_rest.figures.psnr_db is not None
     assert found.figures.psnr_db > at_rest.figures.psnr_db - 3
     assert found.figures.turn_deg == pytest.approx(float(found.trajectory.angle_deg[-1]))
+    assert found.trajectory.angle_sigma_deg is not None
+    assert found.figures.turn_sigma_deg == pytest.approx(float(found.trajectory.angle_sigma_deg[-1]))
     assert "degrees clockwise" in found.figures.rows()["turn"]
     assert found.refinements > 0
 
