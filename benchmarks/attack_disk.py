@@ -5,6 +5,8 @@ set while the run goes on: ``RLIMIT_FSIZE``, whose signal Python ignores, refuse
 ``cut(moments, seed)`` cuts the file instead, as another program might. Linux only (``prlimit``).
 """
 
+import contextlib
+import io
 import os
 import random
 import re
@@ -19,6 +21,9 @@ from typing import Final
 import h5py  # pyright: ignore[reportMissingTypeStubs]
 import numpy as np
 
+from instrument.cli.main import status
+from instrument.plan import Plan
+from instrument.session import Instrument
 from protocols import MonotonicClock
 
 if sys.platform != "win32":
@@ -39,7 +44,7 @@ driver = "simulated"
 [scene]
 object = "letter-B"
 noise = {{ kind = "pixel", sigma = 0.1, seed = {seed} }}
-realtime = true
+realtime = {realtime}
 """
 
 _PLAN: Final = """
@@ -137,12 +142,14 @@ class Bench:
     """A folder with a simulated bench, a plan and an undisturbed recording."""
 
     def __init__(self, folder: Path, seed: int, frames: int = FRAMES) -> None:
-        """Write both files and record undisturbed."""
+        """Write both files and record undisturbed, in virtual time: the values are the same."""
         self.folder = folder
-        (folder / "bench.toml").write_text(_BENCH.format(seed=seed), encoding="utf-8")
+        (folder / "virtual.toml").write_text(_BENCH.format(seed=seed, realtime="false"), encoding="utf-8")
+        (folder / "bench.toml").write_text(_BENCH.format(seed=seed, realtime="true"), encoding="utf-8")
         (folder / "plan.toml").write_text(_PLAN.format(frames=frames), encoding="utf-8")
-        self.run(folder / "undisturbed.h5")
-        self.values = values_of(folder / "undisturbed.h5")
+        with Instrument.from_toml(folder / "virtual.toml") as bench:
+            recording = bench.run(Plan.from_toml(folder / "plan.toml"), folder / "undisturbed.h5")
+        self.values = recording.values.ravel()
 
     def command(self, *arguments: str) -> Sequence[str]:
         """Give a command line of kinopix."""
@@ -160,19 +167,11 @@ class Bench:
             str(out),
         )
 
-    def run(self, out: Path) -> None:
-        """Record undisturbed.
-
-        Raises:
-            subprocess.CalledProcessError: the command failed.
-        """
-        subprocess.run(self.run_command(out), capture_output=True, timeout=120, check=True)
-
     def row(self, moment: str, exit_code: int, said: str, ended_s: float) -> Row:
         """Recover ``run.h5`` and judge it; then everything is removed."""
         out = self.folder / "run.h5"
-        recover = self.command("recover", str(out))
-        subprocess.run(recover, capture_output=True, timeout=120, check=False)
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+            status(["recover", str(out)])
         values = values_of(out) if out.exists() else np.empty(0)
         counted = re.search(r"(\d+) of \d+ patterns were counted", said)
         for left in self.folder.glob("*run.h5*"):

@@ -1,6 +1,7 @@
 """The acquisition as a frozen value: compare it, store it, check it, run it."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
@@ -89,8 +90,12 @@ class MotionPlan(_Numbers):
 
     def position_mm(self, run_s: float, time_s: float) -> float:
         """Give the position that is commanded at a time after the first pattern, in a run of ``run_s`` seconds."""
-        distance_mm = self.end_mm(run_s) - self.start_mm
-        return self.start_mm + self.profile.travelled_mm(distance_mm, self.run_up_s + time_s)
+        return self.positions_mm(run_s, [time_s])[0]
+
+    def positions_mm(self, run_s: float, times_s: Sequence[float]) -> list[float]:
+        """Give the position that is commanded at each of these times, as ``position_mm``."""
+        profile, distance_mm, run_up_s = self.profile, self.end_mm(run_s) - self.start_mm, self.run_up_s
+        return [self.start_mm + profile.travelled_mm(distance_mm, run_up_s + time_s) for time_s in times_s]
 
     def end_mm(self, run_s: float) -> float:
         """Give the position where the stage comes to rest after a run of ``run_s`` seconds: ramp, cruise, ramp."""

@@ -1,5 +1,6 @@
 """What the values of a run say of their alignment, asked piece by piece, so that a run of any length needs the same memory."""
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -21,13 +22,15 @@ class SlipWatch:
     """Holds the values of the last ``PIECE`` frames; of those before only where they slipped, and which frames are sure."""
 
     def __init__(self, scheme: Scheme, patterns: int, patterns_per_frame: int) -> None:
-        """Nothing has come yet.
+        """Nothing has come yet. What looks for slips is loaded here: not while a counter counts, or while a run is to end.
 
         Args:
             scheme: what is shown.
             patterns: in the whole run.
             patterns_per_frame: of the scheme.
         """
+        import_module("instrument.measurement")  # compiled loops: loaded by who runs, not by who checks a plan
+
         self._scheme = scheme
         self._per_frame = patterns_per_frame
         room = min(patterns, PIECE * patterns_per_frame)
@@ -75,7 +78,7 @@ class SlipWatch:
         if not frames:
             return None
         if self._looked[0] != frames:
-            from instrument.measurement import Slips  # noqa: PLC0415 - as in _found
+            from instrument.measurement import Slips  # noqa: PLC0415 - as in __init__
 
             segments, sure = list(self._segments), list(self._sure)
             found = self._found(frame_valid, photon_counts=photon_counts)
@@ -84,7 +87,7 @@ class SlipWatch:
         return self._looked[1]
 
     def _found(self, frame_valid: Mask, *, photon_counts: bool) -> "Slips":
-        from instrument.measurement import slips_of_counts  # noqa: PLC0415 - compiled loops, for the end of most runs
+        from instrument.measurement import slips_of_counts  # noqa: PLC0415 - as in __init__
 
         frames = self._held // self._per_frame
         values = self._values[: frames * self._per_frame].reshape(frames, self._per_frame).astype(np.float64)
@@ -93,7 +96,7 @@ class SlipWatch:
 
     def _add(self, segments: "list[Segment]", sure: list[Mask], found: "Slips", frames: int) -> None:
         """Add what was found in the first frames that are held to what stands for those before."""
-        from instrument.measurement import Segment  # noqa: PLC0415 - as in _found
+        from instrument.measurement import Segment  # noqa: PLC0415 - as in __init__
 
         for segment in found.segments:
             first, end = self._first_frame + segment.first_frame, self._first_frame + min(segment.end_frame, frames)

@@ -69,7 +69,7 @@ def whereabouts(
     if motion is None:
         return None
     time_s = np.linspace(0.0, plan.run_time_s, _STEPS)
-    stage_mm = np.array([motion.position_mm(plan.run_time_s, moment) for moment in time_s.tolist()])
+    stage_mm = np.array(motion.positions_mm(plan.run_time_s, time_s.tolist()))
     known = None if calibration is None else calibration.displacement
     if known is not None:
         return _calibrated(known, time_s, stage_mm)

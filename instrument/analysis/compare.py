@@ -12,7 +12,6 @@ from typing import Any, Final
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.signal import fftconvolve
 
 from instrument.analysis.analyse import analyse
 from instrument.numerics import psnr, ssim_global, ssim_local
@@ -112,6 +111,8 @@ def compare_images(reference: Floats, image: Floats) -> Compared:
         raise InputError(
             saw="an image without light", expected="an object in both", remedy="look at both recordings first"
         )
+    from scipy.signal import fftconvolve  # noqa: PLC0415 - slow to load: only who compares needs it
+
     reference = reference / _brightness(reference)
     correlation: Floats = np.asarray(fftconvolve(reference, image[::-1, ::-1]), np.float64)
     row, column = np.unravel_index(int(np.argmax(correlation)), correlation.shape)

@@ -86,7 +86,7 @@ def _gone_mm(motion: MotionPlan, recording: Recording, trajectory: Trajectory, f
     """``(k,)``: distance of the stage from where it was at frame 0."""
     run_s = recording.plan.run_time_s
     first_mm = motion.position_mm(run_s, float(trajectory.time_s[0]))
-    return np.array([motion.position_mm(run_s, moment) - first_mm for moment in trajectory.time_s[frame].tolist()])
+    return np.array(motion.positions_mm(run_s, trajectory.time_s[frame].tolist())) - first_mm
 
 
 def _refuse_hardly_moved(trajectory: Trajectory) -> None:

@@ -17,7 +17,6 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
-from scipy.signal import fftconvolve
 
 from instrument.measurement import ImageValues
 from instrument.reconstruction import inverse_hadamard
@@ -224,6 +223,8 @@ class _Group:
 
 def _first_places(pictures: Floats) -> Floats:
     """Give the displacement of each picture from the first, ``(n, 2)`` x and y in whole pixels, by correlation."""
+    from scipy.signal import fftconvolve  # noqa: PLC0415 - slow to load: only who registers pictures needs it
+
     size = pictures.shape[1]
     places: list[Floats] = []
     for picture in pictures:

@@ -3,7 +3,6 @@
 from typing import Final
 
 import numpy as np
-from scipy.signal import lfilter
 
 from instrument.measurement.light_model import Parameter
 from instrument.schemes import Scheme
@@ -41,6 +40,8 @@ def without_leak(arrived: Floats, leak: float) -> Floats:
     """
     if leak == 0:
         return arrived
+    from scipy.signal import lfilter  # noqa: PLC0415 - slow to load: only what leaks needs it
+
     filled = without_gaps(arrived)
     solved = lfilter([1 / (1 - leak)], [1.0, leak / (1 - leak)], filled.ravel()).reshape(arrived.shape)
     return np.where(np.isfinite(arrived), solved, np.nan)

@@ -1,7 +1,8 @@
 """The light model applied to a stream of frames, as they come."""
 
+from importlib import import_module
+
 import numpy as np
-from scipy.signal import lfilter
 
 from instrument.measurement.image_values import fixed_columns
 from instrument.measurement.leak import without_gaps
@@ -29,6 +30,8 @@ class LightStream:
         offsets = [offset.value for offset in light.offsets]
         self._offsets = np.array(offsets if len(offsets) == len(self._columns) else [0.0] * len(self._columns))
         self._state = np.zeros(1)
+        if self._leak:
+            import_module("scipy.signal")  # slow to load: only what leaks needs it, and not while frames come
 
     def take(self, values: Floats) -> Floats:
         """Correct the next frames.
@@ -47,6 +50,8 @@ class LightStream:
 
     def _without_leak(self, values: Floats) -> Floats:
         """Solve y_k = (1 - c) v_k + c v_(k-1) over the ends of frames and blocks; see ``leak.without_leak``."""
+        from scipy.signal import lfilter  # noqa: PLC0415 - as in __init__
+
         filled = without_gaps(values)
         share = 1 / (1 - self._leak)
         solved, self._state = lfilter([share], [1.0, self._leak * share], filled.ravel(), zi=self._state)

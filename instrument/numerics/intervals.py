@@ -1,6 +1,6 @@
 """Intervals that hold a number with a stated probability."""
 
-from scipy.stats import norm, t
+from scipy.special import ndtri, stdtrit
 
 
 def coverage_factor(degrees_of_freedom: int | None, probability: float = 0.95) -> float:
@@ -11,4 +11,4 @@ def coverage_factor(degrees_of_freedom: int | None, probability: float = 0.95) -
         probability: of the interval.
     """
     side = (1 + probability) / 2
-    return float(norm.ppf(side) if degrees_of_freedom is None else t.ppf(side, degrees_of_freedom))
+    return float(ndtri(side) if degrees_of_freedom is None else stdtrit(degrees_of_freedom, side))

@@ -56,11 +56,27 @@ def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def kinopix(folder: Path, *arguments: str) -> str:
-    """Run the command there, and give what it printed."""
-    done = run(folder, "-c", "from instrument.cli import main; main()", *arguments)
+COMMANDS = """
+import contextlib, io, json, sys
+from instrument.cli.main import status
+
+printed = []
+for command in json.loads(sys.argv[1]):
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        if code := status(command):
+            sys.exit(f"{command}: {code}")
+    printed.append(out.getvalue())
+print(json.dumps(printed))
+"""
+
+
+def kinopix(folder: Path, *commands: list[str]) -> list[str]:
+    """Run commands there, one after the other in a process that the package is known to, and give what each printed."""
+    done = run(folder, "-c", COMMANDS, json.dumps(commands))
     assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
+    printed: list[str] = json.loads(done.stdout)
+    return printed
 
 
 def test_the_page_has_the_four_files() -> None:
@@ -80,11 +96,17 @@ def test_the_tests_of_the_page_pass(package: Path) -> None:
 
 def test_the_commands_of_the_page_list_check_run_and_analyse_it(package: Path) -> None:
     bench = ["--bench", str(bench_toml(package)), "--plan", "plan.toml"]
-    listed = {row["name"]: row for row in json.loads(kinopix(package, "drivers", "--json"))["plugins"]}
+    drivers, checked, _, analysed = kinopix(
+        package,
+        ["drivers", "--json"],
+        ["check", *bench, "--json"],
+        ["run", *bench, "--out", "run.h5"],
+        ["analyse", "run.h5", "--json"],
+    )
+    listed = {row["name"]: row for row in json.loads(drivers)["plugins"]}
     assert listed["four-step"]["summary"].startswith("eight patterns")
-    assert json.loads(kinopix(package, "check", *bench, "--json"))["ok"]
-    kinopix(package, "run", *bench, "--out", "run.h5")
-    figures = json.loads(kinopix(package, "analyse", "run.h5", "--json"))
+    assert json.loads(checked)["ok"]
+    figures = json.loads(analysed)
     assert figures["frames"] == 400
     assert figures["displacement_mse_px2"] < 0.01
     assert figures["psnr_db"] is None
