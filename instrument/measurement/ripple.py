@@ -95,7 +95,9 @@ def ripples_seen(total: Floats, amplitude: Floats | None, valid: Mask, time_s: F
     window = np.hanning(frames)
     frequency_hz = np.fft.rfftfreq(4 * frames, step_s)
     least_hz = max(_LEAST_HZ, _FEWEST_PERIODS / (frames * step_s))
-    most_hz = (0.5 - _FEWEST_PERIODS / frames) / step_s  # at half the frame rate amplitude and phase cannot be told apart
+    most_hz = (
+        0.5 - _FEWEST_PERIODS / frames
+    ) / step_s  # at half the frame rate amplitude and phase cannot be told apart
     among = (frequency_hz >= least_hz) & (frequency_hz <= most_hz)
     found: list[Ripple] = []
     for _ in range(_MOST):

@@ -24,6 +24,12 @@ _DIGITS: Final = 1e-6
 _LISTED: Final = 5
 """Places that a sentence lists."""
 
+_MUCH: Final = 64
+"""Frames beyond which values that slipped are sure for the most part: fewer may all lie near a change."""
+
+_MOSTLY: Final = 0.5
+"""Share of the frames said to have slipped that must be sure, to be believed where edges say otherwise."""
+
 _DEAD: Final = 0.9
 """Share of the time dead at most that is corrected for here: beyond, a count is wild in any case."""
 
@@ -54,6 +60,8 @@ def screened(recording: Recording) -> Screened:
     pair = _pair(scheme)
     wild = wild_counts(light, variance, pair)
     slips = slips_of(np.where(wild, np.nan, light), variance, pair)
+    if _is_hardly_sure(slips) and _edges_vouch(recording):
+        slips = Slips.none(len(light))
     if slips.any:  # what was wild in a place of another pattern may be none in its own
         findings += tell_slips(slips)
         values, light = in_step_again(values, slips), in_step_again(light, slips)
@@ -87,6 +95,23 @@ def usable_frames(recording: Recording) -> Mask:
     patterns = np.array([*report.gaps, *report.doubles, *report.irregular], np.int64)
     usable[(patterns // recording.values.shape[1]).clip(max=len(usable) - 1)] = False
     return np.asarray(usable & (recording.frame_valid | np.isfinite(recording.values).all(axis=1)), bool)
+
+
+def _is_hardly_sure(slips: Slips) -> bool:
+    """Whether much is said to have slipped of which little is sure."""
+    of_shifted = slips.sure[slips.shift != 0]
+    return len(of_shifted) > _MUCH and float(np.mean(of_shifted)) < _MOSTLY
+
+
+def _edges_vouch(recording: Recording) -> bool:
+    """Whether the run's own timing audit saw every sync edge at its time, so that values have hardly slipped in mid-run.
+
+    Values that a leak makes unsteady look like slipped ones where the levels of all patterns meet, as on a diagonal path.
+    """
+    report = recording.timing
+    if report is None or recording.edge_time_s is None or report.verdict != "good":
+        return False
+    return not (report.gaps or report.doubles or report.irregular or report.slipped or report.surplus_edges)
 
 
 def slips_of_counts(values: Floats, valid: Mask, scheme: Scheme, *, photon_counts: bool) -> Slips:

@@ -84,6 +84,11 @@ class Slips:
     sure: Mask
     """``(frames,)``: whether the frame goes with its neighbours, its shift is known, and no change of it is near."""
 
+    @classmethod
+    def none(cls, frames: int) -> "Slips":
+        """Every value in its place."""
+        return cls((Segment(0, frames, 0),), np.full(frames, True))
+
     @property
     def shift(self) -> Integers:
         """``(frames,)``: patterns by which the values of each frame come late."""
@@ -104,7 +109,7 @@ def slips_of(light: Floats, variance: Floats, pair: tuple[int, int] | None) -> S
         pair: columns of a pattern and its complement, side by side; without them nothing is found.
     """
     frames, per_frame = light.shape
-    in_step = Slips((Segment(0, frames, 0),), np.full(len(light), True))
+    in_step = Slips.none(frames)
     if pair is None or pair[1] != pair[0] + 1 or frames < FEWEST_FRAMES or not np.isfinite(light).any():
         return in_step
     total = light[:, pair[0]] + light[:, pair[1]]

@@ -1,12 +1,17 @@
 """What the counts of a run say of themselves: wild ones, shifted ones, exchanged ones, and those that no counter gives."""
 
 from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 import pytest
 
-from instrument import Plan, Recording, simulate
+from instrument import Instrument, Plan, Recording, simulate
+from instrument.config import bench_of_tables
 from instrument.measurement import Measurement
+from instrument.plan import MotionPlan
 from protocols import Floats
 
 PLAN = Plan(frames=150, image_size=64)
@@ -120,6 +125,21 @@ def test_a_lamp_that_flickers_from_frame_to_frame_is_no_fault() -> None:
     values = (50 + 0.1 * np.random.default_rng(0).standard_normal((500, 6))) * lamp
     found = Measurement.of(Recording(Plan(frames=500), values, np.ones(500, np.bool_), 50e-6))
     assert found.findings == ()
+
+
+def test_levels_that_meet_on_a_leaking_bench_are_no_slip_where_every_edge_was_seen() -> None:
+    """Where x and y patterns see alike, values could as well be late by three patterns from frame 738 on."""
+    noise = {"kind": "poisson", "peak_counts": 250, "seed": 879180331}
+    place = (32.153663534863504, 32.8875681785186)
+    tables: dict[str, Any] = {role: {"driver": "simulated"} for role in ("modulator", "counter", "stage")}
+    tables["scene"] = {"realism": "realistic", "illumination_falloff": 0.0, "start_px": place, "noise": noise}
+    with TemporaryDirectory() as folder, Instrument.from_config(bench_of_tables(tables, "the bench")) as bench:
+        recording = bench.run(Plan(frames=1666, motion=MotionPlan(velocity_mm_s=25)), Path(folder) / "run.h5")
+    found = Measurement.of(recording)
+    assert {finding.kind for finding in found.findings} <= {"wild counts"}
+    assert np.count_nonzero(found.valid) >= 1660
+    without = Measurement.of(replace(recording, timing=None))
+    assert np.count_nonzero(without.valid) < 1000, "or else this run shows nothing"
 
 
 @pytest.mark.parametrize("frames", [1, 2, 3, 5, 10])
