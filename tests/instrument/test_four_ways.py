@@ -1,6 +1,8 @@
 """One plan through simulated devices and through the real drivers on emulators: the same counts, to the bit."""
 
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
@@ -18,15 +20,20 @@ def recorded(bench: str, folder: Path) -> Recording:
         return opened.run(PLAN, folder / f"{bench}.h5")
 
 
-@pytest.fixture(scope="module")
-def simulated(tmp_path_factory: pytest.TempPathFactory) -> Recording:
-    return recorded("simulated", tmp_path_factory.mktemp("simulated"))
+@cache
+def _on_simulated_devices(scene: str) -> Recording:
+    """The run on simulated devices before a scene, which is a ``[scene]`` table as text."""
+    devices = "".join(f'[{role}]\ndriver = "simulated"\n' for role in ("modulator", "counter", "stage"))
+    with TemporaryDirectory() as folder:
+        (Path(folder) / "bench.toml").write_text(devices + scene, encoding="utf-8")
+        with Instrument.from_toml(Path(folder) / "bench.toml") as opened:
+            return opened.run(PLAN, Path(folder) / "run.h5")
 
 
 @pytest.mark.parametrize("bench", ["alp-ni-mc600", "alp-usbctr-sc300", "mixed", "zaber", "grbl", "serial-counter"])
-def test_the_real_drivers_count_what_the_simulated_devices_count(
-    bench: str, simulated: Recording, tmp_path: Path
-) -> None:
+def test_the_real_drivers_count_what_the_simulated_devices_count(bench: str, tmp_path: Path) -> None:
+    text = (BENCHES / f"{bench}.toml").read_text(encoding="utf-8")
+    simulated = _on_simulated_devices(text[text.index("[scene]") :])
     recording = recorded(bench, tmp_path)
     assert recording.photon_counts
     assert recording.timing is not None
