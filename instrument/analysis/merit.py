@@ -193,7 +193,8 @@ def _light_rows(light: LightModel) -> dict[str, str]:
         rows[f"{ripple.frequency_hz:.0f} Hz"] = f"{100 * ripple.amplitude:.1f} % of the light ({whose}, fitted)"
     if any(offset.value for offset in light.offsets):
         offsets = ", ".join(f"{100 * offset.value:.2f}" for offset in light.offsets)
-        rows["offsets"] = f"{offsets} % of the light ({light.offsets[0].source})"
+        source = next(offset.source for offset in light.offsets if offset.value)
+        rows["offsets"] = f"{offsets} % of the light ({source})"
     return {name: text for name, text in rows.items() if text}
 
 
