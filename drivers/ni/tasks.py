@@ -149,20 +149,17 @@ def ni_faults() -> Generator[None]:
         raise NiFault(str(error)) from error
 
 
-_faults = ni_faults
-
-
 class _Nidaqmx:
     def __init__(self, nidaqmx: Any, transport: object | None) -> None:
         self._nidaqmx = nidaqmx
         self._transport = transport
         system: Any = import_module("nidaqmx.system").System
-        with _faults():
+        with ni_faults():
             self._system: Any = system.local() if transport is None else system.remote(transport)
 
     @property
     def version(self) -> str:
-        with _faults():
+        with ni_faults():
             runtime: Any = self._system.driver_version
             return (
                 f"nidaqmx {version('nidaqmx')}, "
@@ -170,11 +167,11 @@ class _Nidaqmx:
             )
 
     def boards(self) -> tuple[str, ...]:
-        with _faults():
+        with ni_faults():
             return tuple(str(name) for name in self._system.devices.device_names)
 
     def board(self, name: str) -> NiBoardFacts:
-        with _faults():
+        with ni_faults():
             device: Any = self._system.devices[name]
             return NiBoardFacts(
                 product=str(device.product_type),
@@ -187,7 +184,7 @@ class _Nidaqmx:
             )
 
     def edge_count(self, count: EdgeCount) -> NiTask:
-        with _faults():
+        with ni_faults():
             task: Any = self._nidaqmx.Task(grpc_options=self._transport)
             try:
                 return _CounterTask(task, count)
@@ -198,7 +195,7 @@ class _Nidaqmx:
     def _sample_clocked(self, device: Any) -> bool:
         """Whether counters take a sample clock; a board without such a property has none."""
         try:
-            with _faults():
+            with ni_faults():
                 return bool(device.ci_samp_clk_supported)
         except NiFault as fault:
             if fault.code not in NO_SUCH_PROPERTY:
@@ -208,7 +205,7 @@ class _Nidaqmx:
     def _serial(self, device: Any) -> str:
         """The serial number is for the record only: a board or server that has none does not stop a run."""
         try:
-            with _faults():
+            with ni_faults():
                 return f"{int(device.serial_num):X}"
         except NiFault:
             return ""
@@ -250,17 +247,17 @@ class _CounterTask:
         self._reader.verify_array_shape = False
 
     def start(self) -> None:
-        with _faults():
+        with ni_faults():
             self._task.start()
 
     def available(self) -> int:
-        with _faults():
+        with ni_faults():
             return int(self._task.in_stream.avail_samp_per_chan)
 
     def read(self, n: int) -> NiRead:
         samples = np.full(n, _UNTOUCHED, np.uint32)
         try:
-            with _faults():
+            with ni_faults():
                 got = int(self._reader.read_many_sample_uint32(samples, n, timeout=0.0))
         except NiFault as fault:
             good = samples[: fault.samples_read]
@@ -270,17 +267,17 @@ class _CounterTask:
         return NiRead(samples[:got])
 
     def acquired(self) -> int:
-        with _faults():
+        with ni_faults():
             return int(self._task.in_stream.total_samp_per_chan_acquired)
 
     def doubtful(self) -> int:
-        with _faults():
+        with ni_faults():
             return int(self._channel.ci_num_possibly_invalid_samps)
 
     def stop(self) -> None:
-        with _faults():
+        with ni_faults():
             self._task.stop()
 
     def close(self) -> None:
-        with _faults():
+        with ni_faults():
             self._task.close()

@@ -16,8 +16,8 @@ import numpy as np
 
 from instrument.config import SchemePlugin
 from instrument.plan import Plan
-from instrument.schemes.columns import Axis, Column, in_play_order
-from instrument.schemes.fringes import FringeSettings, fringe_patterns
+from instrument.schemes.columns import Column
+from instrument.schemes.fringes import FringeSettings, fringe_patterns, stepped_columns
 from instrument.schemes.hadamard_pairs import sequence_of
 from instrument.schemes.reading import PositionReading, fourier_reading
 from protocols import Bytes, Floats, PatternSequence
@@ -52,14 +52,7 @@ class FourierFourStep:
     @cached_property
     def columns(self) -> tuple[Column, ...]:
         """The eight patterns."""
-        axes: tuple[Axis, Axis] = ("x", "y")
-        return in_play_order(
-            *(
-                Column(role="fourier", axis=axis, phase_rad=2 * np.pi * step / _STEPS)
-                for axis in axes
-                for step in range(_STEPS)
-            )
-        )
+        return stepped_columns(_STEPS)
 
     @cached_property
     def light_weights(self) -> Floats:

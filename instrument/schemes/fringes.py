@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import PositiveInt
 
 from instrument.patterns import fourier_pattern
-from instrument.schemes.columns import Column
+from instrument.schemes.columns import Axis, Column, in_play_order
 from instrument.schemes.hadamard_pairs import DitheredSettings
 from protocols import Bytes
 
@@ -22,6 +22,22 @@ class FringeSettings(DitheredSettings):
         super().check(image_size, superpixel)
         if 2 * self.fourier_cycles >= image_size:
             raise ValueError(f"scheme.fourier_cycles is {self.fourier_cycles}: it must be below image_size / 2")
+
+
+def stepped_columns(steps: int) -> tuple[Column, ...]:
+    """Give the columns of fringes whose phase goes round in equal steps: all of x, then all of y.
+
+    Args:
+        steps: fringes an axis; their phases in rad are 2 pi k / steps.
+    """
+    axes: tuple[Axis, Axis] = ("x", "y")
+    return in_play_order(
+        *(
+            Column(role="fourier", axis=axis, phase_rad=2 * np.pi * step / steps)
+            for axis in axes
+            for step in range(steps)
+        )
+    )
 
 
 def fringe_patterns(columns: Sequence[Column], image_size: int, settings: FringeSettings) -> Bytes:
