@@ -1,5 +1,7 @@
 """``kinopix analyse``: follow the object, reconstruct its image, write both into the recording, draw the pictures.
 
+Of several recordings, or of folders, each is analysed by itself: see ``analyse_series``.
+
 What the analysis stands on is loaded when it begins, so that ``--help`` and mistakes are answered at once.
 """
 
@@ -9,7 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from instrument.choices import Background, Grid, Method, Normalise, Tracking
-from instrument.cli.options import JsonOption, print_json
+from instrument.cli.analyse_series import SeriesOptions, analyse_several
+from instrument.cli.options import JsonOption, SchedulerOption, WorkersOption, print_json
 
 if TYPE_CHECKING:
     from instrument.analysis import Analysis
@@ -17,7 +20,10 @@ if TYPE_CHECKING:
 
 
 def analyse_file(
-    file: Annotated[Path, typer.Argument(help="Recording (.h5), whole or partial.")],
+    files: Annotated[
+        list[Path],
+        typer.Argument(metavar="FILES...", help="Recordings (.h5), whole or partial, and folders of recordings."),
+    ],
     tracking: Annotated[
         Tracking,
         typer.Option(help="joint: refine motion and image together; smooth: one pass; per-frame: as published."),
@@ -45,22 +51,75 @@ def analyse_file(
         ),
     ] = "auto",
     results: Annotated[
-        Path | None, typer.Option(help="New file for a copy with the analysis; the recording stays as it is.")
+        Path | None,
+        typer.Option(
+            help="New file for a copy with the analysis, of several recordings a folder; they stay as they are."
+        ),
     ] = None,
     pictures: Annotated[
-        Path | None, typer.Option(help="Folder for the pictures; beside the file with the analysis if not given.")
+        Path | None,
+        typer.Option(
+            help="Folder for the pictures; if not given, beside the file with the analysis, and of several recordings none."
+        ),
     ] = None,
     no_pictures: Annotated[bool, typer.Option("--no-pictures", help="Draw nothing.")] = False,
+    table: Annotated[
+        list[Path] | None, typer.Option(help="Table of all recordings, .csv or .parquet; may be given twice.")
+    ] = None,
+    again: Annotated[bool, typer.Option("--again", help="Several: analyse those too that have this analysis.")] = False,
+    workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
+    path_map: Annotated[
+        list[str] | None,
+        typer.Option(metavar="HERE=THERE", help="With --scheduler: a folder here, and what workers call it."),
+    ] = None,
+    scratch: Annotated[
+        Path | None,
+        typer.Option(help="Several: folder of a fast disk; each recording is copied there first, and read only once."),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Track and reconstruct a recording; write /entry/analysis into it, pictures beside it, and print the figures."""
-    from instrument.analysis import background_choice, recording_to_analyse, store
+    """Track and reconstruct a recording; write /entry/analysis into it, pictures beside it, and print the figures.
+
+    Of several recordings, or a folder, each is analysed by itself, on all cores; one that fails is named, and the rest goes on.
+    After Ctrl-C or a kill the same command does what is missing.
+    """
+    from instrument.analysis import background_choice
+
+    fitted, background_file = background_choice(background)
+    options = SeriesOptions(
+        workers=workers,
+        scheduler=scheduler,
+        path_map=path_map or (),
+        scratch=scratch,
+        results=results,
+        pictures=None if no_pictures else pictures,
+        tables=table or (),
+        again=again,
+        as_json=as_json,
+    )
+    if len(files) > 1 or files[0].is_dir() or options.several:
+        from instrument.series import Request
+
+        request = Request(
+            tracking=tracking,
+            method=method,
+            frames=frames,
+            background=fitted,
+            background_file=None if background_file is None else str(background_file),
+            grid=grid,
+            mean_filter=mean_filter,
+            normalise=normalise,
+        )
+        analyse_several(files, request, options)
+        return
+    (file,) = files
+    from instrument.analysis import recording_to_analyse, store
     from instrument.storage import remains_of
     from instrument.views import OUT, figures_table, picture_folder, say, warn, write_pictures
 
     for left in remains_of(file):
         warn(f"{left} was left behind by a program that ended early, and is removed")
-    fitted, background_file = background_choice(background)
     recording = recording_to_analyse(file, background_file, results)
     folder = pictures or (results or file).parent
     if not no_pictures:

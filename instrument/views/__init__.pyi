@@ -14,6 +14,7 @@ from .plots import save as save
 from .plots import timing_figure as timing_figure
 from .plots import trajectory_figure as trajectory_figure
 from .recording_table import recording_table as recording_table
+from .series_table import series_table as series_table
 from .study_figures import write_study_pictures as write_study_pictures
 from .study_tables import claims_table as claims_table
 from .study_tables import study_index as study_index
@@ -53,6 +54,7 @@ __all__ = [
     "refuse_no_film",
     "save",
     "say",
+    "series_table",
     "show_error",
     "study_index",
     "study_page",
