@@ -13,6 +13,7 @@ from .plots import image_figure as image_figure
 from .plots import save as save
 from .plots import timing_figure as timing_figure
 from .plots import trajectory_figure as trajectory_figure
+from .recording_table import plan_in_words as plan_in_words
 from .recording_table import recording_table as recording_table
 from .study_figures import write_study_pictures as write_study_pictures
 from .study_tables import claims_table as claims_table
@@ -31,11 +32,13 @@ from .terminal import say as say
 from .terminal import show_error as show_error
 from .terminal import timing_table as timing_table
 from .terminal import warn as warn
+from .trace import Trace as Trace
 
 __all__ = [
     "ERR",
     "OUT",
     "LiveView",
+    "Trace",
     "alignment_figure",
     "check_table",
     "claims_table",
@@ -48,6 +51,7 @@ __all__ = [
     "image_figure",
     "picture_folder",
     "plain",
+    "plan_in_words",
     "progress",
     "recording_table",
     "refuse_no_film",
