@@ -4,13 +4,12 @@ from .calibration_table import displacement_rows as displacement_rows
 from .calibration_table import displacement_table as displacement_table
 from .film import refuse_no_film as refuse_no_film
 from .film import write_film as write_film
+from .images import compared_figure as compared_figure
+from .images import image_figure as image_figure
 from .live import LiveView as LiveView
 from .pictures import picture_folder as picture_folder
 from .pictures import write_pictures as write_pictures
-from .plots import compared_figure as compared_figure
 from .plots import error_figure as error_figure
-from .plots import image_figure as image_figure
-from .plots import save as save
 from .plots import timing_figure as timing_figure
 from .plots import trajectory_figure as trajectory_figure
 from .recording_table import plan_in_words as plan_in_words
@@ -21,6 +20,8 @@ from .study_tables import study_index as study_index
 from .study_tables import study_page as study_page
 from .study_tables import study_tables as study_tables
 from .study_tables import write_csv as write_csv
+from .style import PictureFormat as PictureFormat
+from .style import save as save
 from .summary import summary_figure as summary_figure
 from .terminal import ERR as ERR
 from .terminal import OUT as OUT
@@ -38,6 +39,7 @@ __all__ = [
     "ERR",
     "OUT",
     "LiveView",
+    "PictureFormat",
     "Trace",
     "alignment_figure",
     "check_table",
