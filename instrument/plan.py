@@ -17,6 +17,7 @@ from instrument.config import (
     settings_of,
     validate_table,
 )
+from instrument.shown import card
 from protocols import Frozen, InputError, MotionProfile, PixelGrid
 from protocols.plain_file import path_of
 
@@ -190,6 +191,20 @@ class Plan(_Numbers):
     def run_time_s(self) -> float:
         """Time from the first pattern to the end of the last, the guard picture not counted."""
         return self.frames * self.frame_time_s
+
+    def _repr_html_(self) -> str:
+        """Show the plan in a notebook, with what follows from it."""
+        motion, size = self.motion, self.image_size
+        rows = {
+            "scheme": f"{self.scheme.name}, {self.patterns_per_frame} patterns a frame",
+            "frames": f"{self.frames}, {self.patterns} patterns in {self.run_time_s:.3g} s",
+            "rate": f"{self.pattern_rate_hz:g} patterns/s, {1 / self.frame_time_s:.4g} frames/s",
+            "field": f"{size} x {size} px of {self.superpixel} x {self.superpixel} mirrors",
+            "motion": "at rest"
+            if motion is None
+            else f"{motion.velocity_mm_s:g} mm/s from {motion.start_mm:g} to {motion.end_mm(self.run_time_s):.4g} mm",
+        }
+        return card("Plan", rows)
 
     def grid(self, columns: int = 1024, rows: int = 768) -> PixelGrid:
         """Give the image field, centred on a modulator of that many mirrors."""

@@ -11,6 +11,7 @@ from instrument.acquisition.whereabouts import Whereabouts, leaving, where_in_wo
 from instrument.config import Calibration, PluginBroken
 from instrument.plan import Plan
 from instrument.schemes import scheme_of
+from instrument.shown import card, line
 from protocols import (
     CounterLimits,
     KinopixError,
@@ -52,6 +53,18 @@ class CheckReport:
     def ok(self) -> bool:
         """Whether nothing stands against the run."""
         return all(check.outcome != "error" for check in self.checks)
+
+    def __repr__(self) -> str:
+        """Say in one line how it came out."""
+        warnings = sum(check.outcome == "warning" for check in self.checks)
+        errors = sum(check.outcome == "error" for check in self.checks)
+        counted = [f"{n} {what}{'s' * (n != 1)}" for n, what in ((errors, "error"), (warnings, "warning")) if n]
+        return line("CheckReport", f"{len(self.checks)} checks", *(counted or ["all good"]))
+
+    def _repr_html_(self) -> str:
+        """Show every check in a notebook."""
+        title = "Checks: nothing stands against the run" if self.ok else "Checks: the plan cannot be carried out"
+        return card(title, {f"{check.name}: {check.outcome}": check.message for check in self.checks})
 
     def raise_errors(self) -> None:
         """Raise the error found, or one that names all where there are several.

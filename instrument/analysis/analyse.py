@@ -15,6 +15,7 @@ from instrument.choices import Background, Grid, Method, Normalise, Tracking
 from instrument.measurement import LightModel, Measurement, first_light, usable_frames
 from instrument.reconstruction import Reconstruction, method_of, reconstruct
 from instrument.recording import Recording
+from instrument.shown import card, curves, grey, line
 from instrument.tracking import Trajectory
 from protocols import Floats, InputError
 
@@ -54,6 +55,24 @@ class Analysis:
     def image(self) -> Floats | None:
         """``(grid m, grid m)``: the image at frame 0, row = y (down), column = x; None where the scheme only tracks."""
         return None if self.reconstruction is None else self.reconstruction.image
+
+    def __repr__(self) -> str:
+        """Say in one line how good it is."""
+        doubts = len(self.figures.doubts)
+        told = f"{doubts} doubt{'s' * (doubts != 1)}" if doubts else ""
+        return line("Analysis", self.figures.caption(), f"tracking {self.tracking}", told)
+
+    def _repr_html_(self) -> str:
+        """Show in a notebook its figures, its doubts, image and path."""
+        rows = self.figures.rows() | {f"doubt {k}": text for k, text in enumerate(self.figures.doubts, 1)}
+        path = self.trajectory
+        image = "" if self.image is None else grey(self.image, "the reconstructed image")
+        drawn = (
+            ""
+            if path is None
+            else curves(path.time_s, path.displacement_px, path.sigma_px, "displacement x, y", "px; x blue, y orange")
+        )
+        return card("Analysis", rows, image, drawn)
 
     @staticmethod
     def padded(rows: Floats, frames: int) -> Floats:

@@ -5,19 +5,24 @@ What they stand on is loaded when they begin, and the live analysis, with its co
 
 import os
 import sys
+from collections.abc import Generator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
 from instrument.cli.options import BenchOption, JsonOption, OverwriteOption, PlanOption, print_json
+from instrument.cli.pages import PORT, ControlOption, HostOption, PageOptions, PortOption, TokenOption, say_where
 
 if TYPE_CHECKING:
     from rich.progress import Progress
 
+    from instrument.live import LiveAnalysis
     from instrument.plan import Plan
     from instrument.recording import Recording
     from instrument.session import Event, Listener
+    from instrument.web import RunPage
 
 POLISH_S: Final = 60.0
 """How long the live view may take for its last image when the run is over."""
@@ -36,6 +41,13 @@ def run(
             help="Analysed recording by this bench: the live view takes what it says of leak, edge loss and offsets."
         ),
     ] = None,
+    web: Annotated[
+        bool, typer.Option("--web", help="Show the run on a page in the browser, as --live does in the terminal.")
+    ] = False,
+    host: HostOption = "127.0.0.1",
+    port: PortOption = PORT,
+    token: TokenOption = None,
+    control: ControlOption = False,
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -46,7 +58,8 @@ def run(
     from protocols import KinopixError
 
     try:
-        recording = record(bench, Plan.from_toml(plan), out, overwrite=overwrite, live=live, light=light)
+        page = PageOptions(host, port, token, control) if web else None
+        recording = record(bench, Plan.from_toml(plan), out, overwrite=overwrite, live=live, light=light, page=page)
     except (KinopixError, typer.Exit) as error:
         if not hdf5_has_failed():
             raise
@@ -68,12 +81,19 @@ def run(
 
 
 def record(
-    bench: Path, plan: "Plan", out: Path, *, overwrite: bool, live: bool = False, light: Path | None = None
+    bench: Path,
+    plan: "Plan",
+    out: Path,
+    *,
+    overwrite: bool,
+    live: bool = False,
+    light: Path | None = None,
+    page: PageOptions | None = None,
 ) -> "Recording":
-    """Run one plan with progress bars, and with motion and image below them if ``live``.
+    """Run one plan with progress bars, with motion and image below them if ``live``, and on a page if there is one.
 
     Raises:
-        KinopixError: as ``Instrument.run``.
+        KinopixError: as ``Instrument.run``; the page cannot be served.
         KeyboardInterrupt: after the bench was made safe; the notes say what is kept.
     """
     from instrument.session import Instrument
@@ -83,21 +103,21 @@ def record(
     bars = progress()
     for left in remains_of(out):
         warn(f"{left} was left behind by a program that ended early; the run removes it")
-    analysis = None
-    if live:
-        from instrument.live import LiveAnalysis
-
-        if light is None:
-            analysis = LiveAnalysis(plan)
-        else:
-            from instrument.analysis import light_found
-
-            analysis = LiveAnalysis(plan, light=light_found(light))
-    with Instrument.from_toml(bench) as instrument, LiveView(bars) if live else bars as shown:
+    analysis = _live_analysis(plan, light) if live or page is not None else None
+    with ExitStack() as stack:  # left from the end: the bench is safe before the page has gone
+        shown = None if page is None else stack.enter_context(_page(page, str(bench), out))
+        instrument = stack.enter_context(Instrument.from_toml(bench))
+        drawn = stack.enter_context(LiveView(bars) if live else bars)
         listeners: list[Listener] = [_ProgressBars(bars, plan.patterns)]
-        if analysis is not None and isinstance(shown, LiveView):
-            listeners += [analysis, shown]
+        if analysis is not None:
+            listeners.append(analysis)
+        if isinstance(drawn, LiveView):
+            listeners.append(drawn)
+        if shown is not None:
+            listeners.append(shown.begins(instrument, plan))
         with instrument.start(plan, out, overwrite=overwrite, listeners=listeners) as run:
+            if shown is not None:
+                shown.attend(run)
             recording = run.wait()
             run.wait_for_listeners(POLISH_S)
     for failure in run.snapshot.listener_failures:
@@ -105,6 +125,27 @@ def record(
     if analysis is not None and analysis.counters.frames_dropped:
         warn(f"{analysis.counters.frames_dropped} frames came too fast for the live view; the recording has them all")
     return recording
+
+
+def _live_analysis(plan: "Plan", light: Path | None) -> "LiveAnalysis":
+    from instrument.live import LiveAnalysis
+
+    if light is None:
+        return LiveAnalysis(plan)
+    from instrument.analysis import light_found
+
+    return LiveAnalysis(plan, light=light_found(light))
+
+
+@contextmanager
+def _page(options: PageOptions, title: str, out: Path) -> "Generator[RunPage]":
+    """Serve the page of a run, and of the recordings beside it."""
+    from instrument.web import Board, Desk, RunPage
+
+    page = RunPage(Board(title, control=options.control), Desk())
+    with options.server(page.board, page.desk, out.parent) as server:
+        say_where(server)
+        yield page
 
 
 class _ProgressBars:

@@ -6,7 +6,7 @@ What the analysis stands on is loaded when it begins, so that ``--help`` and mis
 """
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -62,6 +62,10 @@ def analyse_file(
             help="Folder for the pictures; if not given, beside the file with the analysis, and of several recordings none."
         ),
     ] = None,
+    kind: Annotated[
+        Literal["png", "pdf", "svg"],
+        typer.Option("--format", help="Kind of the pictures: PNG to look at, PDF or SVG to print."),
+    ] = "png",
     no_pictures: Annotated[bool, typer.Option("--no-pictures", help="Draw nothing.")] = False,
     table: Annotated[
         list[Path] | None, typer.Option(help="Table of all recordings, .csv or .parquet; may be given twice.")
@@ -127,7 +131,7 @@ def analyse_file(
     used = recording.first(frames) if frames else recording
     analysis = analysed(used, tracking, method, fitted, grid, mean_filter, normalise)
     store(file, recording, analysis, results)
-    drawn = [] if no_pictures else write_pictures(analysis, folder, (results or file).stem)
+    drawn = [] if no_pictures else write_pictures(analysis, folder, (results or file).stem, kind)
     if as_json:
         print_json({**analysis.figures.model_dump(mode="json"), "pictures": [str(path) for path in drawn]})
         return

@@ -28,6 +28,7 @@ from instrument.cli import (
     recover,
     reproduce,
     schema,
+    serve,
     show,
 )
 from instrument.cli.interrupts import Interrupts
@@ -80,6 +81,7 @@ app.command("recover")(recover.recover_file)
 app.command("init")(init.init)
 app.command("reproduce")(reproduce.reproduce_paper)
 app.command("schema")(schema.schema)
+app.command("serve")(serve.serve)
 app.command("show")(show.show)
 app.command("count")(count.count)
 app.command("move", context_settings={"ignore_unknown_options": True})(move.move)

@@ -13,6 +13,8 @@ from instrument.reconstruction.methods import Solution, method_of
 from instrument.reconstruction.problem import Problem
 from instrument.reconstruction.region import Region
 from instrument.recording import Recording
+from instrument.shown import card, grey, line
+from instrument.tables import data_set
 from instrument.tracking import Trajectory, as_trajectory
 from protocols import Floats, InputError
 
@@ -53,6 +55,38 @@ class Reconstruction:
     def at_patterns(self) -> Floats:
         """``(image_size, image_size)``: the image at the patterns' resolution."""
         return binned(self.image, self.grid)
+
+    def __repr__(self) -> str:
+        """Say in one line what it is."""
+        return line("Reconstruction", *self._facts().values())
+
+    def _repr_html_(self) -> str:
+        """Show the image in a notebook."""
+        return card("Reconstruction", self._facts(), grey(self.image, "the reconstructed image"))
+
+    def _facts(self) -> dict[str, str]:
+        rows, columns = self.image.shape
+        return {
+            "pixels": f"{columns} x {rows} px" + (f", {self.grid} x {self.grid} to a pattern pixel" * (self.grid > 1)),
+            "method": self.method,
+            "misfit": f"misfit {self.misfit:.3f} (1 is the noise alone)",
+        }
+
+    def to_xarray(self) -> Any:
+        """Give the image, and what stands still, as an ``xarray.Dataset`` with places in px of the patterns.
+
+        Raises:
+            InputError: xarray is not installed.
+        """
+        images = {"image": (("y_px", "x_px"), self.image)}
+        middles = (np.arange(len(self.image)) + 0.5) / self.grid - 0.5
+        coordinates = {name: ((name,), middles) for name in ("y_px", "x_px")}
+        if self.still is not None:
+            images["still"] = (("y_pattern_px", "x_pattern_px"), self.still)
+            whole = np.arange(len(self.still), dtype=np.float64)
+            coordinates |= {name: ((name,), whole) for name in ("y_pattern_px", "x_pattern_px")}
+        attributes: dict[str, str | float] = {"method": self.method, "misfit": self.misfit, "gain": self.gain}
+        return data_set(images, coordinates, attributes, dict.fromkeys(coordinates, "px"))
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:  # noqa: FBT001  (numpy's own signature)
         """Give ``image`` to numpy."""

@@ -2,14 +2,17 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
 from instrument.config import NOTHING_KNOWN, Calibration, LightTable
+from instrument.frame_times import frame_middle_s
 from instrument.plan import Plan
 from instrument.recording.stage_log import StageLog
 from instrument.recording.timing import TimingReport
+from instrument.shown import card, curves, line
+from instrument.tables import data_set
 from protocols import Floats, InputError, Mask, Truth
 
 
@@ -95,6 +98,52 @@ class Recording:
     def __len__(self) -> int:
         """Give the number of frames recorded."""
         return len(self.values)
+
+    def __repr__(self) -> str:
+        """Say in one line what it is."""
+        return line("Recording", *self._facts().values())
+
+    def _repr_html_(self) -> str:
+        """Show in a notebook what it is, and its light over time."""
+        time_s = frame_middle_s(len(self), self.frame_time_s)
+        light = np.nansum(self.values, axis=1, keepdims=True) / self.plan.patterns_per_frame
+        drawn = curves(time_s, light, None, "mean value of each frame", "mean value of a frame") if len(self) else ""
+        return card("Recording", self._facts(), drawn)
+
+    def _facts(self) -> dict[str, str]:
+        plan, masked = self.plan, int(np.count_nonzero(~self.frame_valid))
+        facts = {
+            "frames": f"{len(self)} of {plan.frames} frames" + (f", {masked} masked" if masked else ""),
+            "scheme": f"{plan.scheme.name}, {plan.image_size} x {plan.image_size} px",
+            "rate": f"{1 / self.picture_time_s:g} patterns/s",
+            "motion": "at rest" if plan.motion is None else f"{plan.motion.velocity_mm_s:g} mm/s",
+            "timing": "" if self.timing is None else f"timing {self.timing.verdict}",
+            "file": "" if self.path is None else self.path.name,
+        }
+        return {name: text for name, text in facts.items() if text}
+
+    def to_xarray(self) -> Any:
+        """Give the values with their times as an ``xarray.Dataset`` of the dimensions ``frame`` and ``pattern``.
+
+        Raises:
+            InputError: xarray is not installed.
+        """
+        both = ("frame", "pattern")
+        variables: dict[str, tuple[tuple[str, ...], Floats | Mask]] = {"values": (both, self.values)}
+        variables["frame_valid"] = (("frame",), self.frame_valid)
+        if self.edge_time_s is not None:
+            variables["edge_time_s"] = (both, self.edge_time_s)
+        coordinates = {
+            "time_s": (("frame",), frame_middle_s(len(self), self.frame_time_s)),
+            "pattern_time_s": (both, self.pattern_time_s),
+        }
+        of_values = "counts" if self.photon_counts else "lit pixels"
+        units = {"time_s": "s", "pattern_time_s": "s", "edge_time_s": "s", "values": of_values}
+        attributes: dict[str, str | float] = {
+            "plan": self.plan.model_dump_json(),
+            "picture_time_s": self.picture_time_s,
+        }
+        return data_set(variables, coordinates, attributes, units)
 
     @property
     def px_per_mm(self) -> float | None:

@@ -19,6 +19,7 @@ from instrument.session.opening import open_devices
 from instrument.session.run import Run
 from instrument.session.safety import make_safe
 from instrument.session.work import Job
+from instrument.shown import card, line
 from instrument.storage import refuse_existing, refuse_full_disk
 from protocols import Bytes, InputError, LinearStage, PatternModulator, PhotonCounter, SafeStateFailed, WrongState
 from protocols.plain_file import path_of
@@ -106,6 +107,24 @@ class Instrument:
         except BaseException:
             devices.closing.close()
             raise
+
+    def __repr__(self) -> str:
+        """Say in one line which devices it has, and what it is about. No device is asked more than who it is."""
+        return line("Instrument", *self._facts().values())
+
+    def _repr_html_(self) -> str:
+        """Show the same in a notebook."""
+        return card("Instrument", self._facts())
+
+    def _facts(self) -> dict[str, str]:
+        facts: dict[str, str] = {
+            role: " ".join(part for part in (identity.vendor, identity.model, identity.serial) if part)
+            for role, identity in self._devices.identities().items()
+        }
+        if self.px_per_mm is not None:
+            facts["calibration"] = f"{self.px_per_mm:.4g} px/mm"
+        facts["state"] = "at rest" if self._run is None or self._run.done else self._run.state
+        return facts
 
     @property
     def devices(self) -> Devices:

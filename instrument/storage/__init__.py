@@ -1,5 +1,6 @@
 """Recordings as NeXus HDF5 files: written as the counts come, readable with h5py alone."""
 
+from instrument.storage.analysed import StoredAnalysis, stored_analysis
 from instrument.storage.edit import put_back, refuse_unchangeable
 from instrument.storage.failure import StorageFailed
 from instrument.storage.hdf5_failure import hdf5_has_failed
@@ -27,6 +28,7 @@ __all__ = [
     "Recovered",
     "Rescue",
     "StorageFailed",
+    "StoredAnalysis",
     "hdf5_has_failed",
     "json_text",
     "made_in_time",
@@ -41,5 +43,6 @@ __all__ = [
     "refuse_unchangeable",
     "refuse_while_written",
     "remains_of",
+    "stored_analysis",
     "write_analysis",
 ]

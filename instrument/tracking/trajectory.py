@@ -10,6 +10,8 @@ from scipy.interpolate import CubicHermiteSpline
 
 from instrument.config import DisplacementSection
 from instrument.frame_times import frame_middle_s
+from instrument.shown import card, curves, line
+from instrument.tables import data_frame
 from instrument.tracking.covariance import PathCovariance
 from instrument.tracking.kinematics import MotionFit, in_mm, motion_fit, require_scale
 from protocols import Floats, InputError, Mask
@@ -89,6 +91,51 @@ class Trajectory:
     def time_s(self) -> Floats:
         """``(frames,)``: time of the middle of each frame after the first edge."""
         return frame_middle_s(len(self), self.frame_time_s)
+
+    def __repr__(self) -> str:
+        """Say in one line where it leads."""
+        return line("Trajectory", *self._facts().values())
+
+    def _repr_html_(self) -> str:
+        """Show in a notebook where it leads, with its uncertainty."""
+        drawn = curves(self.time_s, self.displacement_px, self.sigma_px, "displacement x, y", "px; x blue, y orange")
+        return card("Trajectory", self._facts(), drawn)
+
+    def _facts(self) -> dict[str, str]:
+        end_px, sigma = self.displacement_px[-1], np.median(self.sigma_px)
+        facts = {
+            "frames": f"{len(self)} frames in {len(self) * self.frame_time_s:.3g} s",
+            "end": f"to x {end_px[0]:+.2f}, y {end_px[1]:+.2f} px",
+            "uncertainty": f"known to {sigma:.3f} px (median)" if np.isfinite(sigma) else "uncertainty not known",
+            "method": self.method,
+        }
+        if self.scale is not None:
+            facts["scale"] = f"{self.scale.px_per_mm:.4g} px/mm"
+        return facts
+
+    def to_dataframe(self) -> Any:
+        """Give time, displacement and uncertainty of every frame as a ``pandas.DataFrame``, in mm too where the scale is known.
+
+        Raises:
+            InputError: pandas is not installed.
+        """
+        columns: dict[str, Floats | Mask] = {
+            "time_s": self.time_s,
+            "x_px": self.displacement_px[:, 0],
+            "y_px": self.displacement_px[:, 1],
+            "sigma_x_px": self.sigma_px[:, 0],
+            "sigma_y_px": self.sigma_px[:, 1],
+            "measured": self.valid,
+        }
+        if self.angle_deg is not None:
+            columns["angle_deg"] = self.angle_deg
+        if self.angle_sigma_deg is not None:
+            columns["sigma_angle_deg"] = self.angle_sigma_deg
+        if self.scale is not None:
+            (along, across), (sigma_along, sigma_across) = self.displacement_mm.T, self.sigma_mm.T
+            columns |= {"along_mm": along, "across_mm": across}
+            columns |= {"sigma_along_mm": sigma_along, "sigma_across_mm": sigma_across}
+        return data_frame(columns, "frame")
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:  # noqa: FBT001  (numpy's own signature)
         """Give ``displacement_px`` to numpy."""

@@ -4,15 +4,15 @@ from .calibration_table import displacement_rows as displacement_rows
 from .calibration_table import displacement_table as displacement_table
 from .film import refuse_no_film as refuse_no_film
 from .film import write_film as write_film
+from .images import compared_figure as compared_figure
+from .images import image_figure as image_figure
 from .live import LiveView as LiveView
 from .pictures import picture_folder as picture_folder
 from .pictures import write_pictures as write_pictures
-from .plots import compared_figure as compared_figure
 from .plots import error_figure as error_figure
-from .plots import image_figure as image_figure
-from .plots import save as save
 from .plots import timing_figure as timing_figure
 from .plots import trajectory_figure as trajectory_figure
+from .recording_table import plan_in_words as plan_in_words
 from .recording_table import recording_table as recording_table
 from .series_table import series_table as series_table
 from .study_figures import write_study_pictures as write_study_pictures
@@ -21,6 +21,8 @@ from .study_tables import study_index as study_index
 from .study_tables import study_page as study_page
 from .study_tables import study_tables as study_tables
 from .study_tables import write_csv as write_csv
+from .style import PictureFormat as PictureFormat
+from .style import save as save
 from .summary import summary_figure as summary_figure
 from .terminal import ERR as ERR
 from .terminal import OUT as OUT
@@ -32,11 +34,14 @@ from .terminal import say as say
 from .terminal import show_error as show_error
 from .terminal import timing_table as timing_table
 from .terminal import warn as warn
+from .trace import Trace as Trace
 
 __all__ = [
     "ERR",
     "OUT",
     "LiveView",
+    "PictureFormat",
+    "Trace",
     "alignment_figure",
     "check_table",
     "claims_table",
@@ -49,6 +54,7 @@ __all__ = [
     "image_figure",
     "picture_folder",
     "plain",
+    "plan_in_words",
     "progress",
     "recording_table",
     "refuse_no_film",

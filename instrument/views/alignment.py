@@ -6,7 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from instrument.calibration import AlignmentResult, upright
-from instrument.views.plots import X_COLOUR, Y_COLOUR, draw_image, new_figure
+from instrument.views.images import draw_image
+from instrument.views.style import X_COLOUR, Y_COLOUR, new_figure
 
 _ARROW = 0.3
 

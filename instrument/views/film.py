@@ -17,7 +17,7 @@ from scipy.ndimage import shift
 
 from instrument.analysis import Analysis, Stage, forming
 from instrument.tracking import Trajectory
-from instrument.views.plots import X_COLOUR, Y_COLOUR, new_figure
+from instrument.views.style import X_COLOUR, Y_COLOUR, new_figure
 from protocols import Floats, InputError
 
 _KINDS: Final = (".gif", ".mp4")

@@ -1,9 +1,15 @@
-"""The pictures of one analysis, written as PNG."""
+"""The pictures of one analysis, written as PNG, PDF or SVG."""
 
 from pathlib import Path
 
+from matplotlib.figure import Figure
+
 from instrument.analysis import Analysis
-from instrument.views.plots import angle_figure, error_figure, image_figure, save, timing_figure, trajectory_figure
+from instrument.storage import recording_info
+from instrument.views.images import RELATIVE, TRANSMISSION, image_figure
+from instrument.views.plots import angle_figure, error_figure, timing_figure, trajectory_figure
+from instrument.views.recording_table import plan_in_words
+from instrument.views.style import PictureFormat, add_foot, save
 from instrument.views.summary import summary_figure
 from protocols import InputError
 
@@ -25,32 +31,54 @@ def picture_folder(folder: Path) -> Path:
     return folder
 
 
-def write_pictures(analysis: Analysis, folder: Path, stem: str = "") -> list[Path]:
+def write_pictures(analysis: Analysis, folder: Path, stem: str = "", kind: PictureFormat = "png") -> list[Path]:
     """Draw summary, image, trajectory, error (where the truth is known) and timing (where there are edge times).
+
+    Each says in its foot which run it is of, when and how it was recorded, how it was analysed, and what is doubtful about it.
 
     Args:
         analysis: analysis to draw.
         folder: folder for the pictures, which is made if it is missing; pictures that exist are replaced.
         stem: beginning of the file names; empty for none.
+        kind: PNG to look at; PDF or SVG to print.
 
     Returns:
         The files written, the summary first.
     """
     picture_folder(folder)
+    figures, foot = _figures(analysis), foot_of(analysis)
+    doubts = _doubts(analysis)
+    for figure in figures.values():
+        add_foot(figure, foot, doubts)
+    return [
+        save(figure, folder / f"{stem}-{name}.{kind}" if stem else folder / f"{name}.{kind}")
+        for name, figure in figures.items()
+    ]
+
+
+def _figures(analysis: Analysis) -> dict[str, Figure]:
     recording, truth = analysis.recording, analysis.recording.truth
     truth_px = truth.displacement_px if truth else None
-    truth_image = truth.image if truth else None
     path, image = analysis.trajectory, analysis.image
+    scale = None if path is None or path.scale is None else path.scale.px_per_mm
+    size = recording.plan.image_size
+    grey = RELATIVE if recording.photon_counts else TRANSMISSION
     figures = {"summary": summary_figure(analysis)}
     if image is not None:
-        start_px = None if path is None else path.start_px
-        centroid = None if start_px is None else (start_px, recording.plan.image_size)
-        figures["image"] = image_figure(image, truth_image, centroid=centroid)
+        figures["image"] = image_figure(
+            image,
+            truth.image if truth else None,
+            size_px=size,
+            px_per_mm=scale,
+            start_px=None if path is None else path.start_px,
+            grey=grey,
+        )
     if analysis.reconstruction is not None and analysis.reconstruction.still is not None:
-        figures["background"] = image_figure(analysis.reconstruction.still, None, "what stands still")
+        still = analysis.reconstruction.still
+        figures["background"] = image_figure(still, None, "what stands still", size_px=size, px_per_mm=scale, grey=grey)
     if path is not None:
         figures["trajectory"] = trajectory_figure(
-            path.time_s, path.displacement_px, truth_px, None if path.scale is None else path.scale.px_per_mm
+            path.time_s, path.displacement_px, truth_px, px_per_mm=scale, sigma_px=path.sigma_px
         )
         if path.angle_deg is not None:
             figures["angle"] = angle_figure(path.time_s, path.angle_deg, path.angle_sigma_deg)
@@ -58,7 +86,30 @@ def write_pictures(analysis: Analysis, folder: Path, stem: str = "") -> list[Pat
             figures["error"] = error_figure(path.time_s, path.displacement_px - truth_px, path.sigma_px)
     if recording.edge_time_s is not None:
         figures["timing"] = timing_figure(recording.edge_time_s, recording.picture_time_s)
-    return [
-        save(figure, folder / f"{stem}-{name}.png" if stem else folder / f"{name}.png")
-        for name, figure in figures.items()
-    ]
+    return figures
+
+
+def foot_of(analysis: Analysis) -> str:
+    """Say in a line what a picture of an analysis is of: run, date, plan, method, program."""
+    recording, image = analysis.recording, analysis.reconstruction
+    how = [] if analysis.trajectory is None else [f"path: {analysis.tracking}"]
+    how += [] if image is None else [f"image: {image.method}"]
+    of_file, program = _of_file(recording.path)
+    return " | ".join([*of_file, plan_in_words(recording.plan), ", ".join(how), *program])
+
+
+def _of_file(path: Path | None) -> tuple[list[str], list[str]]:
+    """Name and date of a recording, and the program that wrote it, as far as its file tells."""
+    if path is None:
+        return [], []
+    try:
+        info = recording_info(path)
+    except InputError:  # it has gone since
+        return [path.name], []
+    return [path.name, info.start_time[:16].replace("T", " ") + " UTC"], [f"{info.program} {info.version}"]
+
+
+def _doubts(analysis: Analysis) -> list[str]:
+    masked = analysis.figures.frames_masked
+    told = [f"{masked} of {analysis.figures.frames} frames are masked and left out"] if masked else []
+    return [*told, *analysis.figures.doubts]

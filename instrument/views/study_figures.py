@@ -5,14 +5,13 @@
 from pathlib import Path
 from typing import Final
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator
 
 from instrument.studies import METRICS, Case, Result, Spread, Summary
-from instrument.views.plots import TRUTH_COLOUR, new_figure, save
+from instrument.views.style import TRUTH_COLOUR, new_figure, save
 
 _STYLES: Final = (("#0072b2", "o", "-"), ("#d55e00", "s", "--"), ("#009e73", "^", "-."), ("#cc79a7", "D", ":"))
 """Colour (the Okabe-Ito palette), marker and line of each processing, so that a print without colours can be read too."""
@@ -23,13 +22,12 @@ def write_study_pictures(result: Result, folder: Path, *, pdf: bool = True) -> l
     if not result.outcomes:
         return []
     figures = {result.study.name: study_figure(result), f"{result.study.name}-images": images_figure(result)}
-    with mpl.rc_context({"pdf.fonttype": 42}):  # letters that can be searched and edited
-        return [
-            save(figure, folder / f"{name}.{kind}")
-            for name, figure in figures.items()
-            for kind in ("png", "pdf")
-            if pdf or kind == "png"
-        ]
+    return [
+        save(figure, folder / f"{name}.{kind}")
+        for name, figure in figures.items()
+        for kind in ("png", "pdf")
+        if pdf or kind == "png"
+    ]
 
 
 def study_figure(result: Result) -> Figure:

@@ -2,40 +2,73 @@
 # matplotlib leaves the type of its **kwargs open.
 """The picture that sums up an analysis."""
 
+from typing import Final
+
+import numpy as np
 from matplotlib.figure import Figure
 
 from instrument.analysis import Analysis
-from instrument.views.plots import draw_image, draw_trajectory, mark_centroid, new_figure
+from instrument.tracking import Trajectory
+from instrument.views.images import draw_image, mark_centroid
+from instrument.views.plots import draw_deviation, draw_trajectory
+from instrument.views.style import new_figure
 from protocols import Floats
+
+_MOVES_PX: Final = 1.0
+"""Displacement from which on an object is said to move."""
 
 
 def summary_figure(analysis: Analysis) -> Figure:
-    """Show the image without and with correction for the motion, and the motion itself.
+    """Show the image without and with correction for the motion, and the motion itself with its uncertainty.
 
     Panels for which the scheme gives no image or no path are left out.
     """
     truth, path = analysis.recording.truth, analysis.trajectory
-    images: list[tuple[Floats, str]] = []
-    if analysis.image is not None and analysis.ignored is not None:
-        if path is not None:
-            images = [(analysis.ignored, "motion ignored"), (analysis.image, "motion measured and taken back")]
-        else:
-            images = [(analysis.ignored, "inverse transform"), (analysis.image, "reconstructed")]
-        if truth is not None:
-            images.append((truth.image, "the object, at frame 0"))
-        if analysis.reconstruction is not None and analysis.reconstruction.still is not None:
-            images.append((analysis.reconstruction.still, "what stands still"))
-    rows = int(bool(images)) + int(path is not None)
-    figure = new_figure(3.9 * max(2, len(images)), 3.7 * rows)
-    grid = figure.add_gridspec(rows, max(1, len(images)))
+    scale = None if path is None or path.scale is None else path.scale.px_per_mm
+    images = _images(analysis)
+    known = path is not None and bool(np.isfinite(path.sigma_px).any())
+    heights = [3.9] * bool(images) + [3.4] * (path is not None) + [1.9] * known
+    figure = new_figure(4.1 * max(2, len(images)), sum(heights))
+    grid = figure.add_gridspec(len(heights), max(1, len(images)), height_ratios=heights)
     for column, (image, title) in enumerate(images):
         axes = figure.add_subplot(grid[0, column])
-        draw_image(axes, image, title)
+        draw_image(axes, image, title, size_px=analysis.recording.plan.image_size, px_per_mm=scale)
         if image is analysis.image and path is not None and path.start_px is not None:
-            mark_centroid(axes, path.start_px, analysis.recording.plan.image_size, len(image))
+            mark_centroid(axes, path.start_px)
     if path is not None:
         truth_px = None if truth is None else truth.displacement_px
-        scale = None if path.scale is None else path.scale.px_per_mm
-        draw_trajectory(figure.add_subplot(grid[-1, :]), path.time_s, path.displacement_px, truth_px, scale)
+        above = figure.add_subplot(grid[int(bool(images)), :])
+        draw_trajectory(above, path.time_s, path.displacement_px, truth_px, px_per_mm=scale, sigma_px=path.sigma_px)
+        if known:
+            above.set_xlabel("")
+            draw_deviation(
+                figure.add_subplot(grid[-1, :], sharex=above), path.time_s, path.displacement_px, path.sigma_px
+            )
     figure.suptitle(analysis.figures.caption(), fontsize=11)
     return figure
+
+
+def _images(analysis: Analysis) -> list[tuple[Floats, str]]:
+    """The images to show, with titles that fit the run."""
+    path, truth = analysis.trajectory, analysis.recording.truth
+    if analysis.image is None or analysis.ignored is None:
+        return []
+    if path is None:
+        images = [(analysis.ignored, "inverse transform"), (analysis.image, "reconstructed")]
+    elif farthest_px(path) < _MOVES_PX:
+        images = [
+            (analysis.ignored, "taken as at rest"),
+            (analysis.image, f"moved {farthest_px(path):.2f} px, taken back"),
+        ]
+    else:
+        images = [(analysis.ignored, "motion ignored"), (analysis.image, "motion measured and taken back")]
+    if truth is not None:
+        images.append((truth.image, "the object, at frame 0"))
+    if analysis.reconstruction is not None and analysis.reconstruction.still is not None:
+        images.append((analysis.reconstruction.still, "what stands still"))
+    return images
+
+
+def farthest_px(path: Trajectory) -> float:
+    """Give the largest displacement of a path."""
+    return float(np.max(np.hypot(*path.displacement_px.T), initial=0.0))

@@ -8,7 +8,8 @@ from rich.console import Console
 from rich.progress import Progress
 
 from instrument.session import ImageEvent, TrackingEvent
-from instrument.views.live import LiveView, Trace, half_blocks, sparkline
+from instrument.views.live import LiveView, half_blocks, sparkline
+from instrument.views.trace import Trace
 
 
 def _tracked(frame: int, *, final: bool = False) -> TrackingEvent:

@@ -1,0 +1,75 @@
+"""What an analysis left in the file of its recording: path and image as arrays."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from instrument.frame_times import frame_middle_s
+from instrument.storage import layout
+from instrument.storage.hdf5 import Group
+from instrument.storage.reader import opened_recording, plan_of
+from protocols import Floats
+from protocols.plain_file import path_of
+
+
+@dataclass(frozen=True, eq=False)
+class StoredAnalysis:
+    """Arrays of ``/entry/analysis``; None where the analysis found none."""
+
+    time_s: Floats
+    """``(frames,)``: middle of each frame after the first edge."""
+
+    displacement_px: Floats | None
+    """``(frames, 2)``: x, y relative to frame 0; NaN where not tracked."""
+
+    sigma_px: Floats | None
+    """``(frames, 2)``: its standard uncertainty."""
+
+    displacement_mm: Floats | None
+    """``(frames, 2)``: along the stage's axis and across it; None without a calibration too."""
+
+    sigma_mm: Floats | None
+    """``(frames, 2)``: its standard uncertainty."""
+
+    angle_deg: Floats | None
+    """``(frames,)``: angle since frame 0, clockwise in the picture."""
+
+    angle_sigma_deg: Floats | None
+    """``(frames,)``: its standard uncertainty."""
+
+    image: Floats | None
+    """``(rows, columns)``: the image at frame 0, row = y (down)."""
+
+    still: Floats | None
+    """``(rows, columns)``: image of what stands still."""
+
+
+def stored_analysis(path: str | Path) -> StoredAnalysis | None:
+    """Read the arrays of the analysis; None where the recording has none. No values are read.
+
+    Raises:
+        InputError: as ``open_recording``.
+    """
+    path = path_of(path)
+    with opened_recording(path) as entry:
+        if "analysis" not in entry:
+            return None
+        frames = entry.shape(layout.VALUES)[0]
+        frame_time_s = plan_of(path, entry).patterns_per_frame * entry.number(layout.PICTURE_TIME_S)
+        return StoredAnalysis(
+            time_s=frame_middle_s(frames, frame_time_s),
+            displacement_px=_array(entry, "track/displacement_px"),
+            sigma_px=_array(entry, "track/sigma_px"),
+            displacement_mm=_array(entry, "track/displacement_mm"),
+            sigma_mm=_array(entry, "track/sigma_mm"),
+            angle_deg=_array(entry, "track/angle_deg"),
+            angle_sigma_deg=_array(entry, "track/angle_sigma_deg"),
+            image=_array(entry, "image/image"),
+            still=_array(entry, "background/background"),
+        )
+
+
+def _array(entry: Group, name: str) -> Floats | None:
+    name = f"analysis/{name}"
+    return np.asarray(entry.array(name), np.float64) if name in entry else None
