@@ -12,6 +12,7 @@ import typer
 
 from instrument.choices import Background, Grid, Method, Normalise, Tracking
 from instrument.cli.analyse_series import SeriesOptions, analyse_several
+from instrument.cli.analyse_windows import in_windows
 from instrument.cli.options import JsonOption, SchedulerOption, WorkersOption, print_json
 
 if TYPE_CHECKING:
@@ -77,6 +78,16 @@ def analyse_file(
         Path | None,
         typer.Option(help="Several: folder of a fast disk; each recording is copied there first, and read only once."),
     ] = None,
+    window: Annotated[
+        int | None,
+        typer.Option(
+            min=1, help="One long recording: analyse it in windows of about so many frames, in steady memory."
+        ),
+    ] = None,
+    window_images: Annotated[
+        str,
+        typer.Option(metavar="all|none|NUMBERS", help="With --window: of which windows an image is made, as 0,3,7."),
+    ] = "all",
     as_json: JsonOption = False,
 ) -> None:
     """Track and reconstruct a recording; write /entry/analysis into it, pictures beside it, and print the figures.
@@ -114,6 +125,9 @@ def analyse_file(
         analyse_several(files, request, options)
         return
     (file,) = files
+    if window is not None:
+        in_windows(file, window, window_images, results, as_json=as_json)
+        return
     from instrument.analysis import recording_to_analyse, store
     from instrument.storage import remains_of
     from instrument.views import OUT, figures_table, picture_folder, say, warn, write_pictures

@@ -185,7 +185,8 @@ class ShiftedHadamard:
     @property
     def nbytes(self) -> int:
         """Memory of the operator, in bytes."""
-        return sum(part.nbytes for part in (self._few_down, self._few_across, *self._dense, *self._of))
+        products = sum(part.nbytes for part in (self._few_down, self._few_across))
+        return products + sum(part.nbytes for part in self._dense) + sum(part.nbytes for part in self._of)
 
     def matvec(self, image: Singles) -> Singles:
         """Give the values of an image: ``(pixels,)`` to ``(rows,)``."""
