@@ -185,8 +185,8 @@ class ShiftedHadamard:
     @property
     def nbytes(self) -> int:
         """Memory of the operator, in bytes."""
-        products = sum(part.nbytes for part in (self._few_down, self._few_across))
-        return products + sum(part.nbytes for part in self._dense) + sum(part.nbytes for part in self._of)
+        few = self._few_down.nbytes + self._few_across.nbytes
+        return few + sum(dense.nbytes for dense in self._dense) + sum(rows.nbytes for rows in self._of)
 
     def matvec(self, image: Singles) -> Singles:
         """Give the values of an image: ``(pixels,)`` to ``(rows,)``."""

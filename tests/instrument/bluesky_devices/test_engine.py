@@ -87,6 +87,8 @@ def test_a_scan_over_five_speeds_is_told_in_valid_documents_that_lead_to_the_fil
         assert recording.plan == Plan.model_validate(start["kinopix_plan"])
         assert recording.path is not None
         rows = array(recording.path, resource["parameters"]["dataset"])[:30]
+        (key,) = {d["data_keys"][resource["data_key"]]["dtype_numpy"] for d in named(documents, "descriptor")}
+        assert rows.dtype == np.dtype(key)
         expected = recording.values if resource["data_key"] == "kinopix-values" else recording.frame_valid
         np.testing.assert_array_equal(rows, expected)
     assert sorted(path.name for path in (tmp_path / "runs").iterdir()) == [f"kinopix-000{k}.h5" for k in range(1, 6)]
