@@ -193,7 +193,7 @@ def _figures(trajectory: Trajectory, gathered: _Gathered, made: list[WindowImage
         frames=len(trajectory),
         frames_masked=gathered.masked,
         travel_px=(x_px, y_px),
-        sigma_px=sigma_px if np.isfinite(sigma_px) and sigma_px > 0 else None,
+        sigma_px=sigma_px if np.isfinite(sigma_px) else None,
         misfit=float(np.median([one.misfit for one in made])) if made else None,
         light_change=float(np.abs(totals / np.median(totals) - 1).max()),
         analysis_s=gathered.took_s,
