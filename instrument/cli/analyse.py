@@ -12,7 +12,7 @@ import typer
 
 from instrument.choices import Background, Grid, Method, Normalise, Tracking
 from instrument.cli.analyse_series import SeriesOptions, analyse_several
-from instrument.cli.analyse_windows import in_windows
+from instrument.cli.analyse_windows import in_windows, refuse_beside_window
 from instrument.cli.options import JsonOption, SchedulerOption, WorkersOption, print_json
 
 if TYPE_CHECKING:
@@ -98,6 +98,25 @@ def analyse_file(
     from instrument.analysis import background_choice
 
     fitted, background_file = background_choice(background)
+    if window is not None:
+        refuse_beside_window(
+            files=len(files) > 1 or files[0].is_dir(),
+            tracking=tracking != "joint",
+            method=method != "tv",
+            frames=frames is not None,
+            background=background != "auto",
+            grid=grid != "auto",
+            mean_filter=mean_filter is not None,
+            normalise=normalise != "auto",
+            pictures=pictures is not None,
+            table=bool(table),
+            again=again,
+            workers=workers is not None,
+            scheduler=scheduler is not None,
+            scratch=scratch is not None,
+        )
+        in_windows(files[0], window, window_images, results, as_json=as_json)
+        return
     options = SeriesOptions(
         workers=workers,
         scheduler=scheduler,
@@ -125,9 +144,6 @@ def analyse_file(
         analyse_several(files, request, options)
         return
     (file,) = files
-    if window is not None:
-        in_windows(file, window, window_images, results, as_json=as_json)
-        return
     from instrument.analysis import recording_to_analyse, store
     from instrument.storage import remains_of
     from instrument.views import OUT, figures_table, picture_folder, say, warn, write_pictures

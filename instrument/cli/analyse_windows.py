@@ -37,6 +37,27 @@ def in_windows(file: Path, window: int, images: str, results: Path | None, *, as
     OUT.print(figures_table(f"Analysis of {file.name}", rows))
 
 
+def refuse_beside_window(**given: bool) -> None:
+    """Refuse what an analysis in windows does not do.
+
+    Args:
+        given: name of each option, with ``_`` for ``-``, and whether it was given; ``files`` for several recordings.
+
+    Raises:
+        InputError: names them.
+    """
+    from protocols import InputError
+
+    names = [name for name, was in given.items() if was]
+    if names:
+        asked = ["several recordings" if name == "files" else f"--{name.replace('_', '-')}" for name in names]
+        raise InputError(
+            saw=f"--window with {', '.join(asked)}",
+            expected="one recording, analysed with every default",
+            remedy="leave out the one or the other",
+        )
+
+
 def _numbers(images: str) -> list[int] | None:
     """Read which windows are meant: None for all."""
     from protocols import InputError

@@ -127,6 +127,10 @@ def test_the_command_tracks_in_windows(recorded: Path, tmp_path: Path, capsys: p
     assert "before 2" in capsys.readouterr().err
     assert status(["analyse", str(recorded), "--window", "1500", "--window-images", "one"]) == 2
     assert "all, none, or numbers" in capsys.readouterr().err
+    assert (
+        status(["analyse", str(recorded), str(recorded), "--window", "9", "--method", "dgi", "--mean-filter", "5"]) == 2
+    )
+    assert "--window with several recordings, --method, --mean-filter;" in capsys.readouterr().err.replace("\n", " ")
 
 
 @pytest.mark.parametrize("frames", [(0, 5), (100, 300), (1024, 3400), (150, 160)])
