@@ -64,6 +64,20 @@ def test_a_folder_without_recordings_is_refused(tmp_path: Path, capsys: pytest.C
     assert f"no recording in {tmp_path}" in capsys.readouterr().err
 
 
+def test_two_recordings_are_compared_by_their_whole_names_and_equal_ones_are_told_to_be(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "day").mkdir()
+    run(tmp_path / "day", "a.h5")
+    monkeypatch.chdir(tmp_path)
+    assert status(["compare", "day/a.h5", "day/a.h5", "--picture", "both.svg"]) == 0
+    said = capsys.readouterr().out
+    assert "day/a.h5 against day/a.h5" in said
+    assert "both images are equal, to the last digits" in said
+    assert "300" not in said
+    assert (tmp_path / "both.svg").read_text().startswith("<?xml")
+
+
 @pytest.mark.parametrize(
     ("scheme", "given", "why"),
     [
