@@ -1,10 +1,16 @@
 PY := .venv/bin/python
 
-.PHONY: demo test coverage lint format clean
+.PHONY: demo test coverage lint mypy pyright format clean
+test coverage: export PYTHONDONTWRITEBYTECODE =  # a module is compiled once, not in each of the many processes of the tests
 demo: .venv/ready ; .venv/bin/kinopix demo --out demo --overwrite
-test: .venv/ready ; $(PY) -m pytest -n 2
-coverage: .venv/ready ; $(PY) -m pytest -n 2 --cov --cov-report=term --cov-fail-under=90
-lint: .venv/ready ; $(PY) -m ruff check . && $(PY) -m ruff format --check . && .venv/bin/lint-imports && $(PY) -m mypy && $(PY) -m pyright
+test: .venv/ready ; $(PY) -m pytest -n 2 --dist worksteal
+coverage: .venv/ready ; $(PY) -m pytest -n 2 --dist worksteal --cov --cov-report=term --cov-fail-under=90
+lint: .venv/ready
+	$(PY) -m ruff check .
+	$(PY) -m ruff format --check .
+	.venv/bin/lint-imports
+	+$(MAKE) --no-print-directory -j 2 mypy pyright
+mypy pyright: .venv/ready ; $(PY) -m $@
 format: .venv/ready ; $(PY) -m ruff check --fix . ; $(PY) -m ruff format .
 clean: ; rm -rf .venv demo build dist *.egg-info
 

@@ -15,13 +15,19 @@ def end_in_one_line() -> None:
 
     A signal that was ignored when the process was started (``nohup``, a job in the background) stays ignored.
     """
-    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-        number = getattr(signal, name, None)  # Windows has no SIGHUP
-        if number is not None and signal.getsignal(number) not in (signal.SIG_IGN, None):
+    for number in _heard():
+        if signal.getsignal(number) not in (signal.SIG_IGN, None):
             signal.signal(number, _end)
 
 
+def _heard() -> list[int]:
+    names = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
+    return [getattr(signal, name) for name in names if hasattr(signal, name)]
+
+
 def _end(number: int, _frame: FrameType | None) -> None:
+    for heard in _heard():  # a second signal would otherwise be told too, between the line and the end
+        signal.signal(heard, signal.SIG_IGN)
     with suppress(OSError):  # nobody may read any more
         os.write(2, b"kinopix: interrupted before anything was begun\n")
     os._exit(128 + number)  # an exception could be swallowed, or be reworded, by a library that is half loaded

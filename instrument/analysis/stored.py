@@ -112,8 +112,22 @@ def light_found(path: str | Path) -> LightModel:
     return LightModel.model_validate(found.table["light"])
 
 
-def store(path: str | Path, recording: Recording, analysis: Analysis, results: str | Path | None = None) -> None:
+def store(
+    path: str | Path,
+    recording: Recording,
+    analysis: Analysis,
+    results: str | Path | None = None,
+    *,
+    key: str | None = None,
+) -> None:
     """Write an analysis into the file of its recording, or a copy of it, with NaN for frames at the end that were not analysed.
+
+    Args:
+        path: file of the recording.
+        recording: the whole recording.
+        analysis: of it, or of its first frames.
+        results: a new file for a copy with the analysis; None writes into the recording.
+        key: digest of what was asked for, and of which program, by which it is known again.
 
     Raises:
         InputError: the file cannot be changed.
@@ -139,6 +153,7 @@ def store(path: str | Path, recording: Recording, analysis: Analysis, results: s
             "frames": analysis.figures.frames,
             "refinements": analysis.refinements,
             "grid": None if image is None else image.grid,
+            **({} if key is None else {"key": key}),
         },
         into=results,
     )

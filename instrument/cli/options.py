@@ -14,7 +14,16 @@ JsonOption: TypeAlias = Annotated[bool, typer.Option("--json", help="Print the f
 ImageSizeOption: TypeAlias = Annotated[int, typer.Option("--image-size", help="Image pixels a side of the field.")]
 SuperpixelOption: TypeAlias = Annotated[int, typer.Option("--superpixel", help="Mirrors a side of one image pixel.")]
 OverwriteOption: TypeAlias = Annotated[bool, typer.Option("--overwrite", help="Replace files that exist.")]
-
+WorkersOption: TypeAlias = Annotated[
+    int | None,
+    typer.Option("--workers", min=1, max=512, help="Number of processes; as many as there are cores if not given."),
+]
+SchedulerOption: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers compute, such as tcp://host:8786."
+    ),
+]
 
 _TOO_MUCH: Final = 1e9
 

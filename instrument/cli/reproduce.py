@@ -1,16 +1,16 @@
 """``kinopix reproduce``: the paper's tables and figures, simulated and processed anew."""
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from instrument.choices import Reproduced
-from instrument.cli.options import JsonOption, print_json
+from instrument.cli.options import JsonOption, SchedulerOption, WorkersOption, print_json
 
 if TYPE_CHECKING:
     from instrument.studies import Result
+    from instrument.workers import Where
 
 
 def reproduce_paper(
@@ -21,9 +21,8 @@ def reproduce_paper(
     seeds: Annotated[
         int | None, typer.Option(min=1, max=1000, help="Number of seeds; 5 for table 1 and 3 else if not given.")
     ] = None,
-    workers: Annotated[
-        int | None, typer.Option(min=1, max=512, help="Number of processes; as many as there are cores if not given.")
-    ] = None,
+    workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
     docs: Annotated[
         Path | None, typer.Option(help="Folder for a page of the documents on each study, with its pictures.")
     ] = None,
@@ -35,11 +34,12 @@ def reproduce_paper(
     """
     from instrument.studies import STUDIES
     from instrument.views import OUT, claims_table, picture_folder, say, study_tables, write_csv, write_study_pictures
+    from instrument.workers import Where
     from protocols import KinopixError
 
     studies = list(STUDIES.values()) if what == "all" else [STUDIES[what]]
     picture_folder(out)
-    results = _carried_out([study.name for study in studies], out / "points", seeds, workers)
+    results = _carried_out([study.name for study in studies], out / "points", seeds, Where.of(workers, scheduler))
     table: dict[str, object] = {}
     for result in results:
         written = [*write_csv(result, out), *write_study_pictures(result, out)]
@@ -65,7 +65,7 @@ def reproduce_paper(
         )
 
 
-def _carried_out(names: list[str], folder: Path, seeds: int | None, workers: int | None) -> "list[Result]":
+def _carried_out(names: list[str], folder: Path, seeds: int | None, where: "Where") -> "list[Result]":
     """Compute all points under a progress bar, and say what is kept if somebody interrupts it."""
     from instrument.studies import STUDIES, reproduce
     from instrument.views import progress
@@ -84,7 +84,8 @@ def _carried_out(names: list[str], folder: Path, seeds: int | None, workers: int
                 studies,
                 folder,
                 seeds=seeds,
-                workers=workers or cores(),
+                workers=where.processes,
+                scheduler=where.scheduler,
                 on_point=lambda point, done, total: tell(point.name, done, total),
             )
         except KeyboardInterrupt as interrupt:
@@ -92,13 +93,6 @@ def _carried_out(names: list[str], folder: Path, seeds: int | None, workers: int
                 f"{counts[0]} finished points are kept in {folder}, and the same command goes on from there"
             )
             raise
-
-
-def cores() -> int:
-    """Give the number of cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _write_page(result: "Result", docs: Path) -> None:

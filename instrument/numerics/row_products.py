@@ -3,11 +3,12 @@
 A pattern is the outer product of two Walsh rows. Along the axis u on which it changes sign less often, its product with the
 image is a weighted sum of few rows of the image's cumulative sum along u. The dot product of that sum with the Walsh row along
 the other axis v gives the value. For the 1,666 smoothest patterns of 128 x 128 pixels that takes 17 weighted rows in the mean,
-where a matrix product takes 128.
+where a matrix product takes 128. Patterns that change sign often along both axes are quicker as matrix products: see
+``DenseProducts``.
 """
 
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,12 @@ from protocols import Singles
 
 _Indices: TypeAlias = NDArray[np.int32]
 _LANES = 16  # single-precision numbers that a processor handles at once; rows are padded to whole groups of them
+_CACHE_BYTES: Final = 2 << 20
+"""Rows of ``many`` that are worked on at a time: about what the caches next to a core hold. Going through all of them anew for
+each row of a large image would wait for the memory, five times as long as the arithmetic takes."""
+
+_FEWEST_TERMS: Final = 192
+"""Terms that a row of the image gets from them at least: fewer are not worth the way to the row and back."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,22 +35,26 @@ class RowProducts:
     """``(patterns, length)``: weights of the rows of the cumulative image."""
 
     _few_transposed: csr_array
-    """``(length, patterns)``: the transpose of ``_few``."""
+    """``(blocks length, patterns)``: the transpose of ``_few``, for each block of patterns by itself."""
 
     _many: Singles
     """``(patterns, width)``: the factor along v, padded with zeros."""
 
     @classmethod
-    def of(cls, few: csr_array, many: Singles) -> "RowProducts":
+    def of(cls, few: csr_array, many: Singles, *, block: int | None = None) -> "RowProducts":
         """Prepare the products of some patterns.
 
         Args:
             few: ``(patterns, length)`` factor along u as ``walsh_changes`` gives it.
             many: ``(patterns, width)`` factor along v as ``walsh_rows`` gives it.
+            block: patterns that are summed before the next; None takes as many as the cache holds.
         """
         padded = np.zeros((len(many), _padded(many.shape[1])), np.float32)
         padded[:, : many.shape[1]] = many
-        return cls(_compact(few), _compact(csr_array(few.T)), padded)
+        if block is None:
+            in_cache = _CACHE_BYTES // max(1, padded.itemsize * padded.shape[1])
+            block = max(in_cache, _FEWEST_TERMS * few.shape[1] * few.shape[0] // max(1, few.nnz), 1)
+        return cls(_compact(few), _compact(_transposed(few, block)), padded)
 
     @property
     def nbytes(self) -> int:
@@ -62,7 +73,7 @@ class RowProducts:
 
     def backward(self, values: Singles, width: int) -> Singles:
         """Apply the transpose: ``(patterns,)`` to ``(length, width)``."""
-        image = np.empty((self._few_transposed.shape[0], self._many.shape[1]), np.float32)
+        image = np.empty((self._few.shape[1], self._many.shape[1]), np.float32)
         _backward(
             self._many,
             self._few_transposed.indptr,
@@ -72,6 +83,14 @@ class RowProducts:
             image,
         )
         return image[:, :width]
+
+
+def _transposed(few: csr_array, block: int) -> csr_array:
+    """Give the transpose of ``(patterns, length)`` for each block of patterns by itself, one under the other."""
+    patterns, length = few.shape
+    pattern = np.repeat(np.arange(patterns), np.diff(few.indptr))
+    row = pattern // block * length + few.indices
+    return csr_array((few.data, (row, pattern)), shape=(max(1, -(-patterns // block)) * length, patterns))
 
 
 def _padded(width: int) -> int:
@@ -141,8 +160,12 @@ def _backward(  # noqa: PLR0917
     for m in range(len(weight)):
         scaled[m] = weight[m] * values[column[m]]
     row = np.empty(many.shape[1], np.float32)
-    for u in range(len(image) - 1, -1, -1):
+    length = len(image)
+    for u in range(len(first) - 1):
         own = slice(first[u], first[u + 1])
         _weighted_sum(many, column[own], scaled[own], row)
         for x in range(len(row)):
-            image[u, x] = row[x] if u + 1 == len(image) else image[u + 1, x] + row[x]
+            image[u % length, x] = row[x] if u < length else image[u % length, x] + row[x]
+    for u in range(length - 2, -1, -1):
+        for x in range(len(row)):
+            image[u, x] += image[u + 1, x]

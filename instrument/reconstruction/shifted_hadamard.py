@@ -6,26 +6,38 @@ and X[k] (across). The matrix A is their row-wise Khatri-Rao product, so that fo
 
     A U = rowsum((Y U) * X),    A' v = Y' diag(v) X.
 
-Of each pattern's two Walsh rows, the one with fewer sign changes is applied through these (``RowProducts``).
+Of each pattern's two Walsh rows, the one with fewer sign changes is applied through these (``RowProducts``). Where both change
+sign often, the sum over pixels as it stands above is quicker (``DenseProducts``): which is chosen hangs on their numbers alone.
 
 References:
     C. G. Khatri, C. R. Rao, "Solutions to some functional equations and their applications to characterization of
     probability distributions", Sankhya A 30 (1968) 167-180.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Self
+from functools import partial
+from typing import Final, Self
 
 import numpy as np
 
-from instrument.numerics import RowProducts
+from instrument.numerics import DenseProducts, RowProducts, side_by_side
 from instrument.reconstruction.field import Field
 from instrument.reconstruction.region import Region
 from instrument.reconstruction.walsh_rows import walsh_changes, walsh_rows
 from protocols import Floats, Integers, Mask, Singles
 
 _SAME_PLACE_PX = 0.05
+
+_OFTEN: Final = 0.17
+"""Sign changes over image pixels a side, along the axis where a pattern has fewer, from which on a matrix product is quicker: a
+sum through a change takes three times as long as one through a pixel, and there are two to a change."""
+
+_FEWEST_DENSE: Final = 1024
+"""Patterns that it must be for, else they are no faster for it."""
+
+_LARGE: Final = 1 << 20
+"""Patterns times pixels a side from which on the parts of a product go to several cores: below, they cost more than they save."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,14 +59,18 @@ class _Factor:
     count_px: int
     """Number of pattern pixels of the region along the axis."""
 
-    def only(self, chosen: Mask) -> "_Factor":
+    def only(self, chosen: Mask | Integers) -> "_Factor":
         """Give the rows of the chosen patterns."""
         return _Factor(self.field, self.walsh[chosen], self.place_px[chosen], self.first_px, self.count_px)
 
     def times(self, many: "_Factor") -> RowProducts:
         """Prepare the products of patterns whose other factor, ``many``, has at least as many sign changes."""
         few = walsh_changes(self.field, self.walsh, self.place_px, self.first_px, self.count_px)
-        return RowProducts.of(few, walsh_rows(many.field, many.walsh, many.place_px, many.first_px, many.count_px))
+        return RowProducts.of(few, many.written_out())
+
+    def written_out(self) -> Singles:
+        """Give the rows as an array."""
+        return walsh_rows(self.field, self.walsh, self.place_px, self.first_px, self.count_px)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,13 +90,16 @@ class ShiftedHadamard:
     """Height and width of the unknown image, in image pixels."""
 
     _few_down: RowProducts
-    """Patterns with at most as many sign changes down as across."""
+    """Patterns with at most as many sign changes down as across, and few."""
 
     _few_across: RowProducts
-    """The other patterns, for the transposed image."""
+    """Those with fewer across, for the transposed image."""
 
-    _is_few_down: Mask
-    """``(terms * rows,)``: which of both a pattern belongs to."""
+    _dense: tuple[DenseProducts, ...]
+    """Patterns with many of both, in two halves."""
+
+    _of: tuple[Integers, ...]
+    """Which of the ``terms * rows`` patterns belong to each of these, in order."""
 
     @classmethod
     def of(
@@ -104,14 +123,21 @@ class ShiftedHadamard:
         pairs, places_px = pairs.reshape(-1, 2), places_px.reshape(-1, 2)
         down = _Factor(field, pairs[:, 0], places_px[:, 1], region.top, region.height)
         across = _Factor(field, pairs[:, 1], places_px[:, 0], region.left, region.width)
-        few_down = down.walsh <= across.walsh
+        few = np.minimum(down.walsh, across.walsh) < _OFTEN * field.pixels
+        if np.count_nonzero(~few) < _FEWEST_DENSE:
+            few[:] = True
+        few_down, few_across = few & (down.walsh <= across.walsh), few & (down.walsh > across.walsh)
+        halves = [half for half in np.array_split(np.flatnonzero(~few), 2) if len(half)]
         return cls(
             coefficients=np.array(coefficients, np.float32),
             rows=len(pairs) // len(coefficients),
             image_shape=(region.height * field.grid, region.width * field.grid),
             _few_down=down.only(few_down).times(across.only(few_down)),
-            _few_across=across.only(~few_down).times(down.only(~few_down)),
-            _is_few_down=few_down,
+            _few_across=across.only(few_across).times(down.only(few_across)),
+            _dense=tuple(
+                DenseProducts(down.only(half).written_out(), across.only(half).written_out()) for half in halves
+            ),
+            _of=(np.flatnonzero(few_down), np.flatnonzero(few_across), *halves),
         )
 
     @classmethod
@@ -159,20 +185,42 @@ class ShiftedHadamard:
     @property
     def nbytes(self) -> int:
         """Memory of the operator, in bytes."""
-        return self._few_down.nbytes + self._few_across.nbytes + self._is_few_down.nbytes
+        few = self._few_down.nbytes + self._few_across.nbytes
+        return few + sum(dense.nbytes for dense in self._dense) + sum(rows.nbytes for rows in self._of)
 
     def matvec(self, image: Singles) -> Singles:
         """Give the values of an image: ``(pixels,)`` to ``(rows,)``."""
         image = image.reshape(self.image_shape)
-        values = np.empty(len(self._is_few_down), np.float32)
-        values[self._is_few_down] = self._few_down.forward(image)
-        values[~self._is_few_down] = self._few_across.forward(image.T)
+        found = self._together(
+            [
+                partial(self._few_down.forward, image),
+                partial(self._few_across.forward, image.T),
+                *(partial(dense.forward, image) for dense in self._dense),
+            ]
+        )
+        values = np.empty(sum(map(len, self._of)), np.float32)
+        for own, part in zip(self._of, found, strict=True):
+            values[own] = part
         return self.coefficients @ values.reshape(len(self.coefficients), self.rows)
 
     def rmatvec(self, values: Singles) -> Singles:
         """Apply the transpose: ``(rows,)`` to ``(pixels,)``."""
         terms = np.outer(self.coefficients, values).ravel()
         height, width = self.image_shape
-        image: Singles = self._few_down.backward(terms[self._is_few_down], width)
-        image = image + self._few_across.backward(terms[~self._is_few_down], height).T
+        down, across, *dense = self._together(
+            [
+                partial(self._few_down.backward, terms[self._of[0]], width),
+                partial(self._few_across.backward, terms[self._of[1]], height),
+                *(partial(part.backward, terms[own]) for part, own in zip(self._dense, self._of[2:], strict=True)),
+            ]
+        )
+        image = down + across.T
+        for part in dense:
+            image += part
         return image.ravel()
+
+    def _together(self, parts: Sequence[Callable[[], Singles]]) -> list[Singles]:
+        """Compute the parts of a product, on several cores where it is large."""
+        if self.rows * max(self.image_shape) < _LARGE:
+            return [part() for part in parts]
+        return side_by_side(parts)

@@ -2,9 +2,10 @@
 
 from collections import Counter, deque
 from collections.abc import Iterator
-from threading import Condition
+from threading import Lock
 from typing import Final
 
+from instrument.session.bell import Bell
 from instrument.session.events import BlockEvent, Event, FinishedEvent
 
 MAX_PATTERNS: Final = 60_000
@@ -24,7 +25,8 @@ class Feed:
         self._waiting: Counter[str] = Counter()
         self._dropped: Counter[str] = Counter()
         self._closed = False
-        self._changed = Condition()
+        self._lock = Lock()
+        self._changed = Bell()
 
     @property
     def blocks_dropped(self) -> int:
@@ -38,13 +40,13 @@ class Feed:
 
     def put(self, event: Event) -> None:
         """Add an event and return at once; into a closed feed nothing goes any more."""
-        with self._changed:
+        with self._lock:
             if self._closed:
                 return
             self._events.append(event)
             self._waiting[event.kind] += _size(event)
             self._drop_oldest(event.kind)
-            self._changed.notify_all()
+        self._changed.ring()
 
     def _drop_oldest(self, kind: str) -> None:
         room = self._room.get(kind)
@@ -67,24 +69,26 @@ class Feed:
         Returns:
             None when the feed is closed and empty.
         """
-        with self._changed:
-            if wait:
-                self._changed.wait_for(lambda: self._events or self._closed)
-            if self._closed and not self._events:
-                return None
-            taken = list(self._events)
-            self._events.clear()
-            self._waiting.clear()
-            return taken
+        while True:
+            with self._lock:
+                if self._events or not (wait or self._closed):
+                    taken = list(self._events)
+                    self._events.clear()
+                    self._waiting.clear()
+                    return taken
+                if self._closed:
+                    self._changed.ring()  # for others who take from it
+                    return None
+            self._changed.wait()
 
     def close(self, *, forget: bool = False) -> None:
         """Take no more events; with ``forget``, those that wait are thrown away too, uncounted."""
-        with self._changed:
+        with self._lock:
             self._closed = True
             if forget:
                 self._events.clear()
                 self._waiting.clear()
-            self._changed.notify_all()
+        self._changed.ring()
 
     def __iter__(self) -> Iterator[Event]:
         """Give each event when it comes; the finished event is the last."""
@@ -94,13 +98,16 @@ class Feed:
                 return
 
     def _next(self) -> Event | None:
-        with self._changed:
-            self._changed.wait_for(lambda: self._events or self._closed)
-            if not self._events:
-                return None
-            event = self._events.popleft()
-            self._waiting[event.kind] -= _size(event)
-            return event
+        while True:
+            with self._lock:
+                if self._events:
+                    event = self._events.popleft()
+                    self._waiting[event.kind] -= _size(event)
+                    return event
+                if self._closed:
+                    self._changed.ring()  # for others who take from it
+                    return None
+            self._changed.wait()
 
 
 def _size(event: Event) -> int:

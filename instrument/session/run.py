@@ -2,13 +2,13 @@
 
 import time
 from collections.abc import Mapping
-from threading import Event as Flag
 from threading import Lock, Thread
 from types import TracebackType
 from typing import Final, Never, Self
 
 from instrument.recording import Recording
 from instrument.session.aborting import AbortRequest
+from instrument.session.bell import Bell
 from instrument.session.channel import GRACE_S, Channel, Listener, Subscription
 from instrument.session.errors import RunAborted, RunNotOver
 from instrument.session.events import Event, FinishedEvent
@@ -39,7 +39,8 @@ class Run:
         self._channel = Channel(self._take_note)
         self._abort = AbortRequest(lambda: stop_at_once(job.devices, job.on_abort))
         self._ending: Ending | None = None
-        self._over = Flag()
+        self._is_over = False
+        self._over = Bell()
         self._reading = Lock()
         self._recording: Recording | None = None
         for listener in listeners:
@@ -59,7 +60,7 @@ class Run:
     @property
     def done(self) -> bool:
         """Whether the run is over, however it ended: the devices are at rest and the file is closed."""
-        return self._over.is_set() or self._thread.ident is None
+        return self._is_over or self._thread.ident is None
 
     @property
     def snapshot(self) -> Snapshot:
@@ -185,6 +186,7 @@ class Run:
             if left_s <= 0:
                 return False
             self._over.wait(left_s)
+        self._over.ring()  # for others who wait
         return True
 
     def _take_note(self, event: Event) -> None:
@@ -199,7 +201,8 @@ class Run:
             ending = Ending(error, "nothing is known of what was recorded")
         self._ending = ending
         self._channel.publish(self._finished(ending))
-        self._over.set()
+        self._is_over = True
+        self._over.ring()
 
     def _finished(self, ending: Ending) -> FinishedEvent:
         error = ending.error

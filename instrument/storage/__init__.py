@@ -1,7 +1,7 @@
 """Recordings as NeXus HDF5 files: written as the counts come, readable with h5py alone."""
 
 from instrument.storage.analysed import StoredAnalysis, stored_analysis
-from instrument.storage.edit import refuse_unchangeable
+from instrument.storage.edit import put_back, refuse_unchangeable
 from instrument.storage.failure import StorageFailed
 from instrument.storage.hdf5_failure import hdf5_has_failed
 from instrument.storage.in_use import refuse_while_written
@@ -11,6 +11,7 @@ from instrument.storage.keeper import Keeper
 from instrument.storage.made_in_time import made_in_time
 from instrument.storage.part import remains_of
 from instrument.storage.place import refuse_existing, refuse_full_disk
+from instrument.storage.provenance import program
 from instrument.storage.reader import RawCounts, open_recording, raw_counts
 from instrument.storage.recover import Recovered, recover
 from instrument.storage.rescue import Rescue
@@ -32,6 +33,8 @@ __all__ = [
     "json_text",
     "made_in_time",
     "open_recording",
+    "program",
+    "put_back",
     "raw_counts",
     "recording_info",
     "recover",

@@ -5,6 +5,7 @@ import sys
 from collections.abc import Callable, Generator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
+from shutil import copyfileobj
 from typing import Final
 
 import numpy as np
@@ -68,29 +69,44 @@ def rewritten(path: Path, into: Path | None = None, *, more_bytes: int, instead:
     source = path.resolve()
     before = source.stat()
     target = source if into is None else into.resolve()
-    try:
-        part = Part(target, "analysed")
-    except OSError as error:
-        raise _unstorable(f"{target.parent}, where no file can be made ({error})") from error
+    part = _part(target)
     try:
         with _with_room(path, part, before.st_size + more_bytes + _METADATA_BYTES) as new:
             yield _copied(path, lambda: opened_bytes(instead) if instead else open_to_read(source), new)
-        _give_what_goes_along(source, before, part.path)
-        with part.path.open("rb+") as written:
-            os.fsync(written.fileno())
-        now = source.stat()
-        if (now.st_ino, now.st_size, now.st_mtime_ns) != (before.st_ino, before.st_size, before.st_mtime_ns):
-            raise InputError(
-                saw=f"{path}, which was changed while its analysis was stored",
-                expected="a recording that nobody writes",
-                remedy="analyse it again",
-            )
-        _put_in_place(part, into)
+        _put_sound(part, path, before, into)
     finally:
-        if part.path == target:
-            part.release()
-        else:
-            part.discard()
+        _end(part)
+
+
+def _part(target: Path) -> Part:
+    try:
+        return Part(target, "analysed")
+    except OSError as error:
+        raise _unstorable(f"{target.parent}, where no file can be made ({error})") from error
+
+
+def _put_sound(part: Part, path: Path, before: os.stat_result, into: Path | None) -> None:
+    """Put a whole copy in its place, unless the recording was changed since ``before``."""
+    source = path.resolve()
+    _give_what_goes_along(source, before, part.path)
+    with part.path.open("rb+") as written:
+        os.fsync(written.fileno())
+    now = source.stat()
+    if (now.st_ino, now.st_size, now.st_mtime_ns) != (before.st_ino, before.st_size, before.st_mtime_ns):
+        raise InputError(
+            saw=f"{path}, which was changed while its analysis was stored",
+            expected="a recording that nobody writes",
+            remedy="analyse it again",
+        )
+    _put_in_place(part, into)
+
+
+def _end(part: Part) -> None:
+    """Leave a part that has its place, and remove one that has not."""
+    if part.path == part.target:
+        part.release()
+    else:
+        part.discard()
 
 
 @contextmanager
@@ -102,11 +118,7 @@ def _with_room(path: Path, part: Part, needed: int) -> Generator[File]:
         room = Room(part.path, part.fileno())  # HDF5 has emptied the file, and its room is gone
         room.take(needed)
     except OSError as error:
-        raise InputError(
-            saw=f"no room for a copy of {path} with what is added, {needed / 1e6:.1f} MB: {error}",
-            expected="room on the disk, until the copy has taken the place of the recording",
-            remedy="make room, or name a new file on another disk (--results for an analysis, --out for a recovery)",
-        ) from error
+        raise _no_room(path, needed, error) from error
     try:
         yield new
         new.close()
@@ -116,6 +128,14 @@ def _with_room(path: Path, part: Part, needed: int) -> Generator[File]:
         with suppress(OSError, RuntimeError):
             new.close()
         raise
+
+
+def _no_room(path: Path, needed: int, error: OSError) -> InputError:
+    return InputError(
+        saw=f"no room for a copy of {path} with what is added, {needed / 1e6:.1f} MB: {error}",
+        expected="room on the disk, until the copy has taken the place of the recording",
+        remedy="make room, or name a new file on another disk (--results for an analysis, --out for a recovery)",
+    )
 
 
 def _copied(path: Path, opened: Callable[[], AbstractContextManager[File]], new: File) -> Group:
@@ -214,3 +234,29 @@ def _unstorable(saw: str) -> InputError:
         expected="a recording that the analysis can be written into",
         remedy="give --results FILE (from Python: into) for a copy with the analysis, and leave the recording as it is",
     )
+
+
+def put_back(changed: Path, path: Path, before: os.stat_result, into: Path | None = None) -> None:
+    """Put a copy of a recording that was changed elsewhere in place of it, or at a new name; all or nothing, as ``rewritten``.
+
+    Args:
+        changed: the copy, complete.
+        path: the recording it was copied from.
+        before: state of that file when it was copied.
+        into: where the copy goes; None for the place of ``path``.
+
+    Raises:
+        InputError: the recording was changed by somebody else meanwhile, or the copy cannot be made: there is no room.
+    """
+    source = path.resolve()
+    target = source if into is None else into.resolve()
+    part = _part(target)
+    try:
+        try:
+            with changed.open("rb") as from_there, part.path.open("wb") as here:
+                copyfileobj(from_there, here, 1 << 20)
+        except OSError as error:
+            raise _no_room(path, changed.stat().st_size, error) from error
+        _put_sound(part, path, before, into)
+    finally:
+        _end(part)

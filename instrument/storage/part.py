@@ -4,7 +4,8 @@ import os
 import re
 import secrets
 import sys
-from contextlib import suppress
+from collections.abc import Generator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -121,6 +122,24 @@ class Found:
 
     alive: bool | None
     """Whether its program lives; None where the file system has no locks, and nothing tells."""
+
+
+@contextmanager
+def alone_in(folder: Path) -> Generator[None]:
+    """Keep others out of this block in the same folder, so that of two who come at the same moment one sees the other.
+
+    Where a folder cannot be locked (Windows, some network drives), nobody is kept out: then each may see the other.
+    """
+    opened = -1
+    with suppress(OSError):
+        if sys.platform != "win32":
+            opened = os.open(folder, os.O_RDONLY)
+            fcntl.flock(opened, fcntl.LOCK_EX)
+    try:
+        yield
+    finally:
+        if opened >= 0:
+            os.close(opened)
 
 
 def parts_of(target: Path) -> list[Found]:

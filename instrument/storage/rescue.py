@@ -9,7 +9,7 @@ from instrument.storage.failure import StorageFailed
 from instrument.storage.spill import Record, places_for, write_spill
 from instrument.storage.writer import RecordingWriter
 
-_SPILL_S: Final = 0.5
+_SPILL_S: Final = 1.0
 """So long a place may take to be spilled to, before the next one is tried."""
 
 

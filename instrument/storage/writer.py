@@ -31,7 +31,7 @@ from instrument.storage.failure import cut_off
 from instrument.storage.frames import OpenRecording
 from instrument.storage.hdf5_file import File
 from instrument.storage.in_use import refuse_while_made, refuse_while_written
-from instrument.storage.part import Part, remove_remains
+from instrument.storage.part import Part, alone_in, remove_remains
 from instrument.storage.place import cannot_be_written, refuse_existing, refuse_full_disk
 from instrument.storage.provenance import now
 from instrument.storage.room import Room
@@ -93,38 +93,35 @@ class RecordingWriter:
         self._placed = False
         self.name_taken: InputError | None = None
         """Set with the first block where another program has made a file of that name meanwhile: ``path`` is another one then."""
-        self.removed = tuple(remove_remains(path))
-        """What programs that died had left beside it, and is removed."""
-        try:
-            self._part = Part(path.resolve(), "recorded")
-        except OSError as error:
-            raise cannot_be_written(path, error) from error
-        try:
-            refuse_while_made(path, but=self._part.path)  # another run may have begun at the same moment
-            self._part.unlock()
-            self._open, self.run = empty_recording(
-                self._part.path,
-                plan,
-                {
-                    layout.PICTURE_TIME_S: (picture_time_s, "s"),
-                    layout.DEAD_TIME_S: (dead_time_s, "s"),
-                    layout.DARK_RATE_HZ: (dark_rate_hz, "Hz"),
-                },
-                {"title": title or path.stem, layout.PLAN: plan.model_dump_json(), layout.BENCH: bench},
-                devices or {},
-                name=self.path.name,
-                with_truth=with_truth,
-            )
-            """Which run it is, as its spill file names it."""
-            self._room = Room(self._part.path, self._part.fileno())
-            self._take_room(0)
-            self._part.let_others_read()
-        except (OSError, RuntimeError) as error:  # HDF5 raises either for a disk that is full
-            self._part.discard()
-            raise cannot_be_written(path, error) from error
-        except BaseException:
-            self._part.discard()
-            raise
+        with alone_in(path.resolve().parent):
+            self.removed = tuple(remove_remains(path))
+            """What programs that died had left beside it, and is removed."""
+            self._part = _claimed(path)
+            try:
+                self._part.unlock()
+                self._open, self.run = empty_recording(
+                    self._part.path,
+                    plan,
+                    {
+                        layout.PICTURE_TIME_S: (picture_time_s, "s"),
+                        layout.DEAD_TIME_S: (dead_time_s, "s"),
+                        layout.DARK_RATE_HZ: (dark_rate_hz, "Hz"),
+                    },
+                    {"title": title or path.stem, layout.PLAN: plan.model_dump_json(), layout.BENCH: bench},
+                    devices or {},
+                    name=self.path.name,
+                    with_truth=with_truth,
+                )
+                """Which run it is, as its spill file names it."""
+                self._room = Room(self._part.path, self._part.fileno())
+                self._take_room(0)
+                self._part.let_others_read()
+            except (OSError, RuntimeError) as error:  # HDF5 raises either for a disk that is full
+                self._part.discard()
+                raise cannot_be_written(path, error) from error
+            except BaseException:
+                self._part.discard()
+                raise
 
     def _in_place(self) -> OpenRecording:
         """Give the file in its place; the first time, put it there."""
@@ -377,3 +374,21 @@ class RecordingWriter:
             if error is None:
                 raise
             error.add_note(f"{self.path} holds what was measured, but could not be closed well: {failure}")
+
+
+def _claimed(path: Path) -> Part:
+    """Create the file under its temporary name, unless another run makes ``path`` already.
+
+    Raises:
+        InputError: names the other run, or it cannot be created.
+    """
+    try:
+        made = Part(path.resolve(), "recorded")
+    except OSError as error:
+        raise cannot_be_written(path, error) from error
+    try:
+        refuse_while_made(path, but=made.path)  # another run may have begun since that was asked
+    except BaseException:
+        made.discard()
+        raise
+    return made

@@ -55,6 +55,7 @@ def reproduce(
     *,
     seeds: int | None = None,
     workers: int = 1,
+    scheduler: str | None = None,
     on_point: OnPoint | None = None,
 ) -> list[Result]:
     """Carry out studies: all their points in one sweep, those that are finished already left out.
@@ -64,11 +65,13 @@ def reproduce(
         folder: of finished points.
         seeds: number of seeds; None takes each study's own.
         workers: number of processes.
+        scheduler: address of a Dask scheduler, as for ``sweep``.
         on_point: function that is called after each point.
     """
     counts = [study.seeds if seeds is None else seeds for study in studies]
     points = [points_of(study, count) for study, count in zip(studies, counts, strict=True)]
-    done = sweep([point for of_study in points for point in of_study], folder, workers=workers, on_point=on_point)
+    every = [point for of_study in points for point in of_study]
+    done = sweep(every, folder, workers=workers, scheduler=scheduler, on_point=on_point)
     results: list[Result] = []
     outcomes = iter(done.outcomes)
     for study, count, of_study in zip(studies, counts, points, strict=True):

@@ -5,45 +5,15 @@ import json
 import os
 import zipfile
 from dataclasses import dataclass
-from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
-import instrument
+from instrument.storage import program
 from instrument.studies.processing import Outcome
 from instrument.studies.simulated import Simulated
 from instrument.studies.study import Compute
-
-_SHOWS: Final = ("cli", "views", "live")
-"""Rooms that show what was computed, and do not change it."""
-
-
-@cache
-def program() -> str:
-    """Version of the program and of every library that computes, with a digest of the program's own text.
-
-    The text is that of the packages beside this one: a change of a solver or of the simulated bench makes every point new.
-    """
-    digest = hashlib.sha256()
-    home = Path(str(instrument.__file__)).parent
-    for package in ("protocols", "sim_backends", "instrument"):
-        for path in sorted((home.parent / package).rglob("*.py")):
-            if path.parent.parent == home and path.parent.name in _SHOWS:
-                continue
-            digest.update(path.relative_to(home.parent).as_posix().encode() + b"\0" + path.read_bytes())
-    return " ".join(
-        [*(f"{name} {_version(name)}" for name in ("kinopix", "numpy", "scipy", "numba")), digest.hexdigest()]
-    )
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:  # run from a folder, without installing
-        return "unknown"
 
 
 @dataclass(frozen=True)

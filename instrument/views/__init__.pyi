@@ -1,5 +1,4 @@
 from .alignment import alignment_figure as alignment_figure
-from .analyses_table import analyses_table as analyses_table
 from .blocks import white_of as white_of
 from .calibration_table import displacement_figures as displacement_figures
 from .calibration_table import displacement_rows as displacement_rows
@@ -17,6 +16,7 @@ from .plots import trajectory_figure as trajectory_figure
 from .recording_table import plan_in_words as plan_in_words
 from .recording_table import recording_table as recording_table
 from .run_log import log_events as log_events
+from .series_table import series_table as series_table
 from .study_figures import write_study_pictures as write_study_pictures
 from .study_tables import claims_table as claims_table
 from .study_tables import study_index as study_index
@@ -49,7 +49,6 @@ __all__ = [
     "PictureFormat",
     "Trace",
     "alignment_figure",
-    "analyses_table",
     "check_table",
     "claims_table",
     "compared_figure",
@@ -69,6 +68,7 @@ __all__ = [
     "refuse_no_film",
     "save",
     "say",
+    "series_table",
     "show_error",
     "study_index",
     "study_page",

@@ -29,14 +29,17 @@ def _patterns(few: Floats, many: Floats) -> Floats:
     patterns=st.integers(1, 9),
     length=st.integers(1, 11),
     width=st.one_of(st.integers(1, 6), st.sampled_from([15, 16, 17, 32, 33])),
+    block=st.one_of(st.none(), st.integers(1, 4)),
 )
-def test_values_and_images_are_those_of_the_dense_patterns(seed: int, patterns: int, length: int, width: int) -> None:
+def test_values_and_images_are_those_of_the_dense_patterns(
+    seed: int, patterns: int, length: int, width: int, block: int | None
+) -> None:
     rng = np.random.default_rng(seed)
     few, many, image, values = (
         _some(rng, *shape) for shape in ((patterns, length), (patterns, width), (length, width), (patterns,))
     )
     dense = _patterns(few, many)
-    products = RowProducts.of(csr_array(few), many.astype(np.float32))
+    products = RowProducts.of(csr_array(few), many.astype(np.float32), block=block)
 
     found = products.forward(image.astype(np.float32))
     back = products.backward(values.astype(np.float32), width)

@@ -4,8 +4,10 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from threading import Barrier, BrokenBarrierError
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ import pytest
 from instrument.plan import Plan
 from instrument.storage import (
     RecordingWriter,
+    in_use,
     open_recording,
     refuse_existing,
     refuse_unchangeable,
@@ -103,6 +106,43 @@ def test_the_second_run_is_refused_by_name(path: Path, *, overwrite: bool, begun
         writer.finish()
     np.testing.assert_array_equal(open_recording(path).values.ravel(), NEW)
     assert list(path.parent.iterdir()) == [path]
+
+
+@posix
+def test_of_two_runs_that_begin_at_the_same_moment_one_records(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each looks for the other once it has a file of its own: if both had one by then, both would be refused."""
+    both_are_there, both_have_a_file = Barrier(2), Barrier(2)
+    look = in_use.refuse_while_made
+
+    def meet(_path: Path, _numbers: int) -> None:
+        both_are_there.wait(10)
+
+    def look_late(path: Path, *, but: Path) -> None:
+        try:
+            with suppress(BrokenBarrierError):
+                both_have_a_file.wait(0.5)
+            look(path, but=but)
+        finally:
+            with suppress(BrokenBarrierError):
+                both_have_a_file.wait(0.5)
+
+    monkeypatch.setattr("instrument.storage.writer.refuse_full_disk", meet)
+    monkeypatch.setattr("instrument.storage.writer.refuse_while_made", look_late)
+
+    def begin(_which: int) -> RecordingWriter | InputError:
+        try:
+            return RecordingWriter(path, PLAN, picture_time_s=50e-6)
+        except InputError as error:
+            return error
+
+    with ThreadPoolExecutor(2) as pool:
+        begun = sorted(pool.map(begin, range(2)), key=lambda one: isinstance(one, InputError))
+    assert isinstance(begun[0], RecordingWriter)
+    with begun[0] as writer:
+        writer.append(NEW)
+        writer.finish()
+    assert isinstance(begun[1], InputError)
+    assert f"being recorded by process {os.getpid()}" in begun[1].saw
 
 
 @posix

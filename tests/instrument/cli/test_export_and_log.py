@@ -1,4 +1,4 @@
-"""Several recordings at once, other programs' files, and the log."""
+"""Other programs' files, the log, and what the command says besides."""
 
 import csv
 import json
@@ -12,7 +12,7 @@ from PIL import Image
 from instrument.cli.main import status
 from instrument.plan import Plan
 from instrument.session import Instrument
-from instrument.storage import open_recording, recording_info
+from instrument.storage import open_recording
 from tests.support.benches import SMALL, bench_toml, plan_toml
 from tests.support.plans import plan_of
 
@@ -23,45 +23,7 @@ def run(folder: Path, name: str, plan: Plan = SMALL) -> Path:
     return folder / name
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two recordings, and a file that is none."""
-    folder = tmp_path_factory.mktemp("many")
-    run(folder, "a.h5")
-    run(folder, "b.h5")
-    (folder / "broken.h5").write_text("nothing")
-    return folder
-
-
 FAST = ("--tracking", "per-frame", "--method", "conventional", "--no-pictures")
-
-
-def test_a_folder_is_analysed_into_one_table_and_what_is_broken_keeps_no_other_from_it(
-    folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert status(["analyse", str(folder), *FAST]) == 2
-    said = capsys.readouterr()
-    rows = [line.split()[1] for line in said.out.splitlines() if re.match(r"│ \w+\.h5", line)]
-    assert rows == ["a.h5", "b.h5"]
-    assert "MSE, px^2" in said.out
-    assert f"saw {folder / 'broken.h5'}: " in said.err
-    assert recording_info(folder / "a.h5").analysis is not None
-    assert recording_info(folder / "b.h5").analysis is not None
-
-
-def test_several_files_as_json_with_copies_in_a_folder(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    files = [str(folder / name) for name in ("b.h5", "a.h5", "b.h5")]
-    assert status(["analyse", *files, *FAST, "--json", "--results", str(folder / "copies")]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert [Path(line["recording"]).name for line in found["recordings"]] == ["b.h5", "a.h5"]
-    assert {line["frames"] for line in found["recordings"]} == {40}
-    assert (found["refused"], found["warnings"]) == ([], [])
-    assert recording_info(folder / "copies" / "a.h5").analysis is not None
-
-
-def test_a_folder_without_recordings_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert status(["analyse", str(tmp_path)]) == 2
-    assert f"no recording in {tmp_path}" in capsys.readouterr().err
 
 
 def test_two_recordings_are_compared_by_their_whole_names_and_equal_ones_are_told_to_be(
