@@ -3,7 +3,7 @@ import { read } from "./wire.js";
 import { drawCurves, drawField, drawImage, middleOf, step } from "./draw.js";
 import { list, redraw } from "./past.js";
 
-const STATE_VERSION = 1, WAITING = 3, KEPT = 4096, PLOT_EVERY_MS = 100, FIELD_EVERY_MS = 45;
+const STATE_VERSION = 1, WAITING = 3, KEPT = 4096, PLOT_EVERY_MS = 100, FIELD_EVERY_MS = 45, LATE_MS = 25;
 const at = (id) => document.getElementById(id);
 
 export function put(id, words) {
@@ -44,7 +44,7 @@ function banner(words) {
 function takeFrame(frame) {
   if (frame.kind === 1) {
     seen.skipped = frame.skipped;
-    images.push(frame);
+    images.push({ ...frame, arrived_ms: performance.now() });
     if (images.length > WAITING) { images.shift(); seen.dropped++; }
   } else {
     const length = 3 * frame.first;
@@ -64,6 +64,7 @@ function due() {
 
 function paint() {
   asked = false;
+  while (images.length > 1 && performance.now() - images[0].arrived_ms > LATE_MS) { images.shift(); seen.dropped++; }
   const next = images.shift();
   if (next) {
     image = next;
