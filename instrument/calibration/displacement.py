@@ -133,6 +133,8 @@ def take_views(
     plan: Plan,
     folder: Path,
     on_visit: Callable[[int, int, str], None] | None = None,
+    *,
+    overwrite: bool = False,
 ) -> list[Visit]:
     """Bring the stage to each position, and take a static image there. The recordings stay in ``folder``.
 
@@ -142,6 +144,7 @@ def take_views(
         plan: of each image; without motion, of a scheme with an image.
         folder: for the recordings ``view-01.h5`` and so on; made if it is not there.
         on_visit: told the number of images taken, of all, and what comes next.
+        overwrite: replace recordings that are there.
 
     Raises:
         InputError: the plan moves the stage or has no image, or a recording is there already.
@@ -172,7 +175,7 @@ def take_views(
         bench.devices.clock.sleep_s(ladder.settle_s)
         place = stage.position()
         _refuse_elsewhere(place, at_mm)
-        recording = bench.run(plan, folder / f"view-{number + 1:02d}.h5")
+        recording = bench.run(plan, folder / f"view-{number + 1:02d}.h5", overwrite=overwrite)
         visits.append(Visit(recording, place.reported_mm, approach))
     return visits
 

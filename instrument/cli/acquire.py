@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Generator
 from contextlib import ExitStack, contextmanager
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
@@ -31,7 +32,10 @@ POLISH_S: Final = 60.0
 def run(
     bench: BenchOption,
     plan: PlanOption,
-    out: Annotated[Path, typer.Option("--out", help="Recording to write (.h5).")],
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="Recording to write (.h5); run-<date>-<time>.h5 in this folder if not given."),
+    ] = None,
     live: Annotated[
         bool, typer.Option("--live", help="Follow the object and show its image while the run goes on.")
     ] = False,
@@ -59,6 +63,7 @@ def run(
 
     try:
         page = PageOptions(host, port, token, control) if web else None
+        out = out or Path(f"run-{datetime.now(UTC):%Y%m%d-%H%M%S}.h5")
         recording = record(bench, Plan.from_toml(plan), out, overwrite=overwrite, live=live, light=light, page=page)
     except (KinopixError, typer.Exit) as error:
         if not hdf5_has_failed():
@@ -70,13 +75,14 @@ def run(
         os._exit(error.exit_code)
     if recording.timing is None:
         return
+    if recording.timing.verdict == "failed":
+        warn(f"the timing audit trusts no frame of this run; its raw counts are kept in {out}")
     if as_json:
         print_json({"recording": str(out), "timing": recording.timing.model_dump(mode="json")})
     else:
         OUT.print(timing_table(recording.timing))
         say(f"recorded {len(recording)} frames in {out}")
     if recording.timing.verdict == "failed":
-        warn(f"the timing audit trusts no frame of this run; its raw counts are kept in {out}")
         raise typer.Exit(3)
 
 
@@ -98,7 +104,7 @@ def record(
     """
     from instrument.session import Instrument
     from instrument.storage import remains_of
-    from instrument.views import LiveView, progress, warn
+    from instrument.views import LOG, LiveView, log_events, progress, warn
 
     bars = progress()
     for left in remains_of(out):
@@ -108,10 +114,12 @@ def record(
         shown = None if page is None else stack.enter_context(_page(page, str(bench), out))
         instrument = stack.enter_context(Instrument.from_toml(bench))
         drawn = stack.enter_context(LiveView(bars) if live else bars)
-        listeners: list[Listener] = [_ProgressBars(bars, plan.patterns)]
+        listeners: list[Listener] = [_ProgressBars(bars, plan.patterns), *([log_events] if LOG.handlers else [])]
         if analysis is not None:
             listeners.append(analysis)
         if isinstance(drawn, LiveView):
+            if "counter" in instrument.devices.by_role:
+                drawn.hold_against(instrument.counter.limits.max_count_rate_hz * plan.picture_time_s)
             listeners.append(drawn)
         if shown is not None:
             listeners.append(shown.begins(instrument, plan))

@@ -6,7 +6,7 @@ What the analysis stands on is loaded when it begins, so that ``--help`` and mis
 """
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import typer
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 
 def analyse_file(
+    context: typer.Context,
     files: Annotated[
         list[Path],
         typer.Argument(metavar="FILES...", help="Recordings (.h5), whole or partial, and folders of recordings."),
@@ -160,6 +161,7 @@ def analyse_file(
         picture_folder(folder)  # asked before the work, not after
     used = recording.first(frames) if frames else recording
     analysis = analysed(used, tracking, method, fitted, grid, mean_filter, normalise)
+    _tell_idle(context, analysis)
     store(file, recording, analysis, results)
     drawn = [] if no_pictures else write_pictures(analysis, folder, (results or file).stem, kind)
     if as_json:
@@ -168,6 +170,25 @@ def analyse_file(
     OUT.print(figures_table(f"Analysis of {file.name}", analysis.figures.rows()))
     for path in drawn:
         say(f"drawn {path}")
+
+
+_OF_IMAGES: Final = ("background", "grid", "method")
+_OF_PATHS: Final = ("mean_filter", "tracking")
+
+
+def _tell_idle(context: typer.Context, analysis: "Analysis") -> None:
+    """Say which of the options on the command line do nothing for the recording's scheme."""
+    from instrument.views import warn
+
+    scheme = analysis.recording.plan.scheme.name
+    for found, options, why in (
+        (analysis.reconstruction, _OF_IMAGES, "which makes no image"),
+        (analysis.trajectory, _OF_PATHS, "which sees no position"),
+    ):
+        for option in options if found is None else ():
+            source = context.get_parameter_source(option)
+            if source is not None and source.name == "COMMANDLINE":
+                warn(f"--{option.replace('_', '-')} does nothing for the scheme {scheme}, {why}")
 
 
 def analysed(

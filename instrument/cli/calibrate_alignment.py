@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from instrument.cli.calibrate import CalibrationOption, say_written, target
-from instrument.cli.calibrate_bench import ROLES, RateOption, RunsOption, opened, write
+from instrument.cli.calibrate_bench import ROLES, RateOption, RecordingsOption, opened, write
 from instrument.cli.options import (
     BenchOption,
     ImageSizeOption,
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 def alignment(
     bench: BenchOption,
     out: CalibrationOption = None,
-    runs: RunsOption = None,
+    recordings: RecordingsOption = None,
     picture: Annotated[
         Path | None,
         typer.Option("--target", help="Picture of the target, upright, bright on dark; without it the letter F."),
@@ -34,7 +34,7 @@ def alignment(
         typer.Option("--step", help="Millimetres that the stage moves the target and back; without it none."),
     ] = None,
     frames: Annotated[int | None, typer.Option(help="Frames of each run; without it a quarter of the pixels.")] = None,
-    pattern_rate: RateOption = 20_000.0,
+    pattern_rate_hz: RateOption = 20_000.0,
     image_size: ImageSizeOption = 128,
     superpixel: SuperpixelOption = 2,
     overwrite: OverwriteOption = False,
@@ -49,14 +49,14 @@ def alignment(
     from instrument.views import OUT, alignment_figure, figures_table, save, say, warn
     from protocols import InputError
 
-    refuse_no_amount(pattern_rate=pattern_rate)
+    refuse_no_amount(pattern_rate_hz=pattern_rate_hz)
     if step is not None and not 0 < abs(step) < 1e6:
         raise InputError(saw=f"--step {step:g}", expected="millimetres, not 0", remedy="correct it, or leave it out")
     shape = None if picture is None else _target(picture)
     roles = ROLES if step is None else (*ROLES, "stage")
-    with opened(bench, runs, image_size, superpixel, overwrite, roles) as (config, instrument, field):
+    with opened(bench, recordings, image_size, superpixel, overwrite, roles) as (config, instrument, field):
         found = calibrate_alignment(
-            instrument, field, target=shape, step_mm=step, frames=frames, pattern_rate_hz=pattern_rate
+            instrument, field, target=shape, step_mm=step, frames=frames, pattern_rate_hz=pattern_rate_hz
         )
         write(config, out, "alignment", found.section, instrument)
     drawn = save(alignment_figure(found), field.folder / "alignment.png")

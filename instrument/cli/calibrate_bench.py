@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 ROLES: Final = ("modulator", "counter")
 """Roles that these measurements need: the stage may be missing."""
 
-RunsOption: TypeAlias = Annotated[
+RecordingsOption: TypeAlias = Annotated[
     Path | None,
-    typer.Option("--runs", help="Folder for the recordings; without it calibration-runs/<date>-<time>."),
+    typer.Option("--recordings", help="Folder for the recordings; without it calibration-runs/<date>-<time>."),
 ]
 RateOption: TypeAlias = Annotated[
     float,
-    typer.Option("--pattern-rate", help="Pictures a second of the runs to come, in which leak and light are told."),
+    typer.Option("--pattern-rate-hz", help="Pictures a second of the runs to come, in which leak and light are told."),
 ]
 
 
@@ -46,8 +46,8 @@ class DeadTime(TypedDict):
 def detector(
     bench: BenchOption,
     out: CalibrationOption = None,
-    runs: RunsOption = None,
-    pattern_rate: RateOption = 20_000.0,
+    recordings: RecordingsOption = None,
+    pattern_rate_hz: RateOption = 20_000.0,
     counts: Annotated[float, typer.Option("--counts", help="Counts wanted in a white picture.")] = 250.0,
     longest: Annotated[
         float, typer.Option("--longest", help="Seconds of the ladder at most; it ends when the kind is certain.")
@@ -70,12 +70,12 @@ def detector(
     from instrument.calibration import calibrate_detector
     from instrument.views import OUT, figures_table
 
-    refuse_no_amount(pattern_rate=pattern_rate, counts=counts, longest=longest, dark=dark)
-    with opened(bench, runs, image_size, superpixel, overwrite) as (config, instrument, field):
+    refuse_no_amount(pattern_rate_hz=pattern_rate_hz, counts=counts, longest=longest, dark=dark)
+    with opened(bench, recordings, image_size, superpixel, overwrite) as (config, instrument, field):
         found = calibrate_detector(
             instrument,
             field,
-            pattern_rate_hz=pattern_rate,
+            pattern_rate_hz=pattern_rate_hz,
             dark_s=dark,
             longest_s=longest,
             shutter_closed=shutter_closed,
@@ -103,7 +103,7 @@ def detector(
         rows["dead time"] = "not seen: the counter's own is taken" if tau_s is None else f"{_in_ns(tau_s)}, {kind}"
         limit_hz = section.linear_limit_hz
         rows["linear limit"] = "none seen" if limit_hz is None else f"{limit_hz:,.0f} counts/s (a tenth is lost)"
-        rows["white picture"] = f"{found.white_counts:.1f} counts at {pattern_rate:g} pictures/s"
+        rows["white picture"] = f"{found.white_counts:.1f} counts at {pattern_rate_hz:g} pictures/s"
         rows[f"for {counts:g} counts"] = _advice(found.filter_density(counts))
         for k, line in enumerate(section.flicker):
             rows[f"lamp {k + 1}"] = f"{line.frequency_hz:.1f} Hz, {100 * line.amplitude:.2f} %: {line.name}"
@@ -114,8 +114,8 @@ def detector(
 def mirrors(
     bench: BenchOption,
     out: CalibrationOption = None,
-    runs: RunsOption = None,
-    pattern_rate: RateOption = 20_000.0,
+    recordings: RecordingsOption = None,
+    pattern_rate_hz: RateOption = 20_000.0,
     seconds: Annotated[float, typer.Option("--seconds", help="Seconds of each of the two runs.")] = 4.0,
     image_size: ImageSizeOption = 128,
     superpixel: SuperpixelOption = 2,
@@ -126,10 +126,10 @@ def mirrors(
     from instrument.calibration import calibrate_mirrors
     from instrument.views import OUT, figures_table
 
-    refuse_no_amount(pattern_rate=pattern_rate, seconds=seconds)
-    with opened(bench, runs, image_size, superpixel, overwrite) as (config, instrument, field):
+    refuse_no_amount(pattern_rate_hz=pattern_rate_hz, seconds=seconds)
+    with opened(bench, recordings, image_size, superpixel, overwrite) as (config, instrument, field):
         found = calibrate_mirrors(
-            instrument, field, pattern_rate_hz=pattern_rate, seconds=seconds, **dead_time(config, out)
+            instrument, field, pattern_rate_hz=pattern_rate_hz, seconds=seconds, **dead_time(config, out)
         )
         write(config, out, "mirrors", found.section, instrument)
     section = found.section
@@ -149,8 +149,8 @@ def mirrors(
 def light(
     bench: BenchOption,
     out: CalibrationOption = None,
-    runs: RunsOption = None,
-    pattern_rate: RateOption = 20_000.0,
+    recordings: RecordingsOption = None,
+    pattern_rate_hz: RateOption = 20_000.0,
     seconds: Annotated[float, typer.Option("--seconds", help="Seconds of the run.")] = 6.0,
     image_size: ImageSizeOption = 128,
     superpixel: SuperpixelOption = 2,
@@ -161,10 +161,10 @@ def light(
     from instrument.calibration import calibrate_light
     from instrument.views import OUT, figures_table
 
-    refuse_no_amount(pattern_rate=pattern_rate, seconds=seconds)
-    with opened(bench, runs, image_size, superpixel, overwrite) as (config, instrument, field):
+    refuse_no_amount(pattern_rate_hz=pattern_rate_hz, seconds=seconds)
+    with opened(bench, recordings, image_size, superpixel, overwrite) as (config, instrument, field):
         found = calibrate_light(
-            instrument, field, pattern_rate_hz=pattern_rate, seconds=seconds, **dead_time(config, out)
+            instrument, field, pattern_rate_hz=pattern_rate_hz, seconds=seconds, **dead_time(config, out)
         )
         write(config, out, "light", found.section, instrument)
     section = found.section
@@ -184,7 +184,7 @@ def light(
 @contextmanager
 def opened(
     bench: Path,
-    runs: Path | None,
+    recordings: Path | None,
     image_size: int,
     superpixel: int,
     overwrite: bool,
@@ -208,7 +208,7 @@ def opened(
             if isinstance(event, PhaseEvent):
                 bars.update(task, description=event.phase)
 
-        folder = runs or Path("calibration-runs") / f"{datetime.now(UTC):%Y%m%d-%H%M%S}"
+        folder = recordings or Path("calibration-runs") / f"{datetime.now(UTC):%Y%m%d-%H%M%S}"
         yield config, instrument, PictureField(folder, image_size, superpixel, overwrite, (tell,))
 
 

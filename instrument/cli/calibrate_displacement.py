@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from instrument.cli.calibrate import CalibrationOption, say_written, target
-from instrument.cli.options import BenchOption, JsonOption, print_json, refuse_no_amount
+from instrument.cli.options import BenchOption, JsonOption, OverwriteOption, print_json, refuse_no_amount
 
 if TYPE_CHECKING:
     from instrument.config import BenchConfig, DisplacementSection
@@ -39,6 +39,7 @@ def displacement(
         Path | None, typer.Option(help="New folder for the static images; beside the calibration file if not given.")
     ] = None,
     out: CalibrationOption = None,
+    overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Measure pixels a millimetre and the stage's axis, and write them into the calibration file.
@@ -61,7 +62,12 @@ def displacement(
             ladder_mm = _positions(positions_mm, span_mm, count)
             folder = recordings or _new_folder(path.parent)
             section = _measured(
-                opened, ladder_mm, (image_size, superpixel, pattern_rate_hz, frames), folder, both_sides=not one_way
+                opened,
+                ladder_mm,
+                (image_size, superpixel, pattern_rate_hz, frames),
+                folder,
+                both_sides=not one_way,
+                overwrite=overwrite,
             )
     updated_calibration(path, "displacement", section, devices, config.magnification)
     _tell(config, section, path, as_json=as_json)
@@ -100,6 +106,7 @@ def _measured(
     folder: Path,
     *,
     both_sides: bool,
+    overwrite: bool,
 ) -> "DisplacementSection":
     from instrument.calibration import Ladder, displacement_of, static_plan, take_views
     from instrument.views import ERR, plain, progress
@@ -113,6 +120,7 @@ def _measured(
             ladder,
             plan,
             folder,
+            overwrite=overwrite,
             on_visit=lambda done, total, what: bars.update(task, completed=done, total=total, description=what),
         )
         bars.update(task, completed=len(visits), description="static images")

@@ -31,7 +31,7 @@ def count(
     seconds: Annotated[
         float | None, typer.Option(help="How long to count; without it until Ctrl-C, with --json for 1 s.")
     ] = None,
-    pattern_rate: Annotated[float, typer.Option(help="Pictures a second: the bins of the histogram.")] = 20_000.0,
+    pattern_rate_hz: Annotated[float, typer.Option(help="Pictures a second: the bins of the histogram.")] = 20_000.0,
     image_size: ImageSizeOption = 128,
     superpixel: SuperpixelOption = 2,
     as_json: JsonOption = False,
@@ -47,7 +47,7 @@ def count(
     from instrument.session import count as count_light
     from instrument.views import ERR, OUT
 
-    refuse_no_amount(pattern_rate=pattern_rate)
+    refuse_no_amount(pattern_rate_hz=pattern_rate_hz)
     roles = ("modulator", "counter")
     tell_libraries(bench, roles)
     if as_json and seconds is None:
@@ -57,7 +57,7 @@ def count(
             instrument,
             seconds,
             picture=picture,
-            pattern_rate_hz=pattern_rate,
+            pattern_rate_hz=pattern_rate_hz,
             image_size=image_size,
             superpixel=superpixel,
             tell=lambda now: live.update(counting_table(picture, now)),

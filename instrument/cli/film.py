@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from instrument.cli.analyse import analysed
-from instrument.cli.options import OverwriteOption
+from instrument.cli.options import OverwriteOption, refuse_taken
 
 
 def film(
@@ -19,13 +19,12 @@ def film(
     overwrite: OverwriteOption = False,
 ) -> None:
     """Show a run as a film: the object moves, and its image forms from more and more frames."""
-    from instrument.storage import open_recording, refuse_existing
+    from instrument.storage import open_recording
     from instrument.views import progress, refuse_no_film, say, write_film
 
     path = file.with_suffix(".gif") if out is None else out
     refuse_no_film(path)
-    if not (overwrite and path.is_file()):
-        refuse_existing(path)
+    refuse_taken(path, overwrite=overwrite)
     analysis = analysed(open_recording(file))
     with progress() as bars:
         task = bars.add_task("film", total=None)

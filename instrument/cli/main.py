@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Generator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Annotated, Any, Final
 
 import typer
@@ -20,6 +21,7 @@ from instrument.cli import (
     count,
     demo,
     drivers,
+    export,
     film,
     info,
     init,
@@ -75,6 +77,7 @@ app.command("run")(acquire.run)
 app.command("analyse")(analyse.analyse_file)
 app.command("check")(check.check)
 app.command("compare")(compare.compare_files)
+app.command("export")(export.export)
 app.command("film")(film.film)
 app.command("info")(info.info)
 app.command("recover")(recover.recover_file)
@@ -108,8 +111,19 @@ def root(
     _version: Annotated[
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and end.")
     ] = False,
+    log: Annotated[
+        Path | None,
+        typer.Option("--log", help="File to append a log to: what is asked, said and found, with the time of each."),
+    ] = None,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", help="Log every block and image too; without --log to standard error.")
+    ] = False,
 ) -> None:
     """Single-pixel imaging of moving objects: run the bench, follow the object, see it sharp."""
+    if log is not None or verbose:
+        from instrument.cli.log import begin_log
+
+        begin_log(log, verbose=verbose)
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -157,8 +171,32 @@ def status(arguments: list[str] | None = None, interrupts: Interrupts | None = N
         interrupts: heard meanwhile. After one of them every error but ``SafeStateFailed`` is taken for its consequence: a library
             that is interrupted in its midst words that in its own way.
     """
+    _forget_warnings()
+    code = None
     try:
-        _refuse_bytes(sys.argv[1:] if arguments is None else arguments)
+        code = _status(sys.argv[1:] if arguments is None else arguments, interrupts)
+        return code
+    finally:
+        _end_log(code)
+
+
+def _forget_warnings() -> None:
+    """Begin without warnings, where what keeps them has been loaded at all."""
+    terminal = sys.modules.get("instrument.views.terminal")
+    if terminal is not None:
+        terminal.forget_warnings()
+
+
+def _end_log(code: int | None) -> None:
+    """End the log, if there is one, with how the command ended."""
+    log = sys.modules.get("instrument.cli.log")
+    if log is not None:
+        log.end_log(code)
+
+
+def _status(arguments: list[str], interrupts: Interrupts | None) -> int:
+    try:
+        _refuse_bytes(arguments)
         app(arguments)
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else int(end.code is not None)

@@ -1,5 +1,6 @@
 """Options that several sub-commands share, each written once."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Final, TypeAlias
 
@@ -45,8 +46,37 @@ def refuse_no_amount(**options: float) -> None:
             )
 
 
-def print_json(figures: dict[str, object]) -> None:
-    """Print figures as JSON to standard output; those that are not finite as null."""
-    from instrument.storage import json_text
+def refuse_taken(path: Path, *, overwrite: bool) -> None:
+    """Make sure that a file that is no recording may be written, before the work.
 
-    typer.echo(json_text(figures, indent=2))
+    Raises:
+        InputError: its folder is missing, it is a folder, or it exists and ``overwrite`` is not set.
+    """
+    from protocols import InputError
+
+    if not path.absolute().parent.is_dir():
+        raise InputError(
+            saw=f"no folder {path.parent}",
+            expected=f"an existing folder for {path.name}",
+            remedy="make the folder, or name another one",
+        )
+    if path.exists() and not (overwrite and path.is_file()):
+        raise InputError(
+            saw=f"{path}, which exists",
+            expected="the name of a new file",
+            remedy="name another file" + (", or give --overwrite to lose the old one" if path.is_file() else ""),
+        )
+
+
+def print_json(figures: Mapping[str, object], *, with_warnings: bool = True) -> None:
+    """Print figures as JSON to standard output; those that are not finite as null.
+
+    Args:
+        figures: by name.
+        with_warnings: whether ``warnings`` holds what was warned of until now.
+    """
+    from instrument.storage import json_text
+    from instrument.views import warned
+
+    more = {"warnings": list(warned())} if with_warnings else {}
+    typer.echo(json_text({**figures, **more}, indent=2))

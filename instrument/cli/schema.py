@@ -17,7 +17,7 @@ def schema(
 
     known = bench_schema() if file == "bench" else plan_schema(Plan)
     if not markdown:
-        print_json(known)
+        print_json(known, with_warnings=False)
         return
     typer.echo(keys_page(known, f"{file}.toml", _INTRODUCTIONS[file]), nl=False)
 

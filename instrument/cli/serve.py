@@ -37,7 +37,7 @@ def serve(
         say_where(server)
         if bench is None:
             while True:
-                page.desk.take(60.0)
+                page.desk.take(0.2)  # Windows lets no Ctrl-C through while it waits
         _hold(bench, plan, folder, page)
 
 

@@ -21,16 +21,19 @@ def bench_template(schema: JsonSchema, drivers: Mapping[str, str]) -> str:
     Raises:
         InputError: a driver that is not installed.
     """
+    tables = schema["$defs"]
+    whole = {"properties": {key: schema["properties"][key] for key in ("calibration", "magnification")}}
     parts = [
-        '#:schema ./bench.schema.json\n# Written by kinopix init. A key behind "#" has the value that stands there.\n'
+        '#:schema ./bench.schema.json\n# Written by kinopix init. A key behind "#" has the value that stands there.\n',
+        "".join(_keys(whole, tables)),
     ]
     for role, driver in drivers.items():
-        keys = _keys(_chosen(schema, role, driver, "driver"), skip=("driver", "emulator"))
+        keys = _keys(_chosen(schema, role, driver, "driver"), tables, skip=("driver", "emulator"))
         parts.append(f'[{role}]\ndriver = "{driver}"\n{"".join(keys)}')
     if "simulated" in drivers.values():
         scene = schema["properties"]["scene"]["anyOf"][0]
-        parts.append("[scene]\n" + "".join(_keys(scene, skip=("kind",))))
-    parts.append("[light]\n" + "".join(_keys(schema["$defs"]["LightTable"])))
+        parts.append("[scene]\n" + "".join(_keys(scene, tables, skip=("kind",))))
+    parts.append("[light]\n" + "".join(_keys(tables["LightTable"], tables)))
     return "\n".join(parts)
 
 
@@ -52,10 +55,10 @@ def plan_template(schema: JsonSchema, scheme: str) -> str:
     return "\n".join(
         [
             '#:schema ./plan.schema.json\n# Written by kinopix init. A key behind "#" has the value that stands there.\n',
-            "".join(_keys(top, given={"frames": "1666"})),
-            f'[scheme]\nname = "{scheme}"\n{"".join(_keys(table, skip=("name",)))}',
+            "".join(_keys(top, schema["$defs"], given={"frames": "1666"})),
+            f'[scheme]\nname = "{scheme}"\n{"".join(_keys(table, schema["$defs"], skip=("name",)))}',
             "[motion]                 # leave the whole table out for an object at rest\n"
-            + "".join(_keys(schema["$defs"]["MotionPlan"], given={"velocity_mm_s": "25.0"})),
+            + "".join(_keys(schema["$defs"]["MotionPlan"], schema["$defs"], given={"velocity_mm_s": "25.0"})),
         ]
     )
 
@@ -72,7 +75,9 @@ def _chosen(schema: JsonSchema, name: str, plugin: str, key: str) -> JsonSchema:
     )
 
 
-def _keys(table: JsonSchema, skip: tuple[str, ...] = (), given: Mapping[str, str] | None = None) -> Iterator[str]:
+def _keys(
+    table: JsonSchema, tables: JsonSchema, skip: tuple[str, ...] = (), given: Mapping[str, str] | None = None
+) -> Iterator[str]:
     """Give the lines of each key: its meaning, and the key with its default as a comment, or with what is given."""
     required: list[str] = table.get("required", [])
     for key, value in table["properties"].items():
@@ -85,7 +90,15 @@ def _keys(table: JsonSchema, skip: tuple[str, ...] = (), given: Mapping[str, str
         elif key == "transport":
             yield "# transport =              # a name that kinopix drivers lists\n"
         elif key in required:
-            yield f"# {key} =              # needed: {takes(value).replace('`', '')}\n"
+            yield f"# {key} =              # needed: {_in_words(value, tables)}\n"
         else:
             default = default_of(value)
-            yield f"# {key} = {default}\n" if default else f"# {key} =              # {takes(value).replace('`', '')}\n"
+            yield f"# {key} = {default}\n" if default else f"# {key} =              # {_in_words(value, tables)}\n"
+
+
+def _in_words(value: JsonSchema, tables: JsonSchema) -> str:
+    """Say what a key takes; of a table, which keys it has."""
+    text = takes(value)
+    for name, table in tables.items():
+        text = text.replace(f"`{name.rsplit('__', 1)[-1]}`", f"{{ {', '.join(table.get('properties', {}))} }}")
+    return text.replace("`", "")

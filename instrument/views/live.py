@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Callable
-from itertools import groupby
 from threading import Lock
 from typing import Final, Self
 
@@ -10,19 +9,19 @@ import numpy as np
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
 from rich.progress import Progress
-from rich.style import Style
+from rich.table import Table
 from rich.text import Text
 
-from instrument.session import Event, ImageEvent, TrackingEvent
+from instrument.session import BlockEvent, Event, ImageEvent, TrackingEvent
+from instrument.views.blocks import half_blocks, lit_part, sparkline
 from instrument.views.terminal import ERR
 from instrument.views.trace import Trace
 from protocols import Floats
 
-_BARS = "▁▂▃▄▅▆▇█"
-_SHADES = " ░▒▓█"
-_GREYS = 32  # few enough that neighbours are often equal and are drawn at once
 _PRINT_INTERVAL_S = 1.0
-_OTHER_LINES = 7  # of the terminal's height: progress bars, trajectory, counters
+_OTHER_LINES = 3  # of the terminal's height: progress bars, and one that stays free
+_LEAST_WIDTH = 70  # columns from which on figures stand beside the image
+_FIGURES_WIDTH = 36
 
 
 class LiveView:
@@ -49,6 +48,8 @@ class LiveView:
         self._trace = Trace()
         self._image: Floats | None = None
         self._last: TrackingEvent | None = None
+        self._counts: tuple[float, float] | None = None
+        self._most_counts: float | None = None
         self._live: Live | None = None
         if console.is_terminal:
             # Five pictures a second: drawing holds the interpreter, which the acquisition needs too.
@@ -58,6 +59,14 @@ class LiveView:
         """Take what the live analysis tells."""
         if isinstance(event, TrackingEvent | ImageEvent):
             self.show(event)
+        elif isinstance(event, BlockEvent) and event.block is not None and event.block.valid.any():
+            lit = event.block.values[event.block.valid]
+            with self._lock:
+                self._counts = float(lit.mean()), float(lit.max())
+
+    def hold_against(self, most_counts: float) -> None:
+        """Hold counts of a pattern against the highest number that is counted linearly."""
+        self._most_counts = most_counts
 
     def show(self, event: TrackingEvent | ImageEvent) -> None:
         """Take an event, from any thread; it is drawn when it is time."""
@@ -92,58 +101,49 @@ class LiveView:
             f"{event.frames_dropped} frames dropped"
         )
 
+    def _light(self) -> list[str]:
+        """What the newest block says of the light."""
+        if self._counts is None:
+            return []
+        mean, brightest = self._counts
+        lines = [f"light  {mean:.3g} a pattern, brightest {brightest:.3g}"]
+        if self._most_counts:
+            lines.append(f"       {100 * brightest / self._most_counts:.0f} % of the linear limit")
+        return lines
+
     def _renderable(self) -> RenderableType:
         with self._lock:
             last, image, places = self._last, self._image, self._trace.displacement_px.copy()
+            light = self._light()
         if last is None:
             return self._bars
         width, height = self._console.size
-        parts: list[RenderableType] = [self._bars, Text(self._figures(last))]
-        if len(places):
-            lines = (f"{name} {sparkline(places[:, axis], width - 24)}" for axis, name in enumerate("xy"))
-            parts += [Text(line, no_wrap=True) for line in lines]
-        if image is not None:
-            side = max(2, min(width - 1, 2 * (height - _OTHER_LINES), len(image)))
-            parts.append(half_blocks(image, side - side % 2, colour=self._console.color_system is not None))
-        return Group(*parts)
-
-
-def sparkline(series: Floats, width: int) -> str:
-    """Draw a series as one line of blocks, lowest to highest value, with both figures behind it."""
-    index = np.linspace(0, len(series) - 1, max(1, min(width, len(series)))).round().astype(np.int64)
-    low, high = float(series.min()), float(series.max())
-    span = max(high - low, 1e-9)
-    level = np.minimum(((series[index] - low) / span * len(_BARS)).astype(np.int64), len(_BARS) - 1)
-    return "".join(_BARS[k] for k in level.tolist()) + f" {low:+.1f} to {high:+.1f} px"
-
-
-def half_blocks(image: Floats, side: int, *, colour: bool = True) -> Text:
-    """Draw a square image, 0 to its brightest pixel, on ``side`` columns and half as many lines.
-
-    Args:
-        image: ``(m, m)``.
-        side: even, at most m; the image is averaged down to it.
-        colour: two greys a character; without, five shades of one.
-    """
-    small = _smaller(image, side)
-    small = np.clip(small / max(float(small.max()), 1e-30), 0, 1)
-    text = Text(no_wrap=True)
-    if not colour:
-        shade = ((small[0::2] + small[1::2]) / 2 * (len(_SHADES) - 1)).round().astype(np.int64)
-        return text.append("\n".join("".join(_SHADES[k] for k in line) for line in shade.tolist()))
-    grey: list[list[int]] = ((small * (_GREYS - 1)).round() * 255 / (_GREYS - 1)).astype(np.int64).tolist()
-    for upper, lower in zip(grey[0::2], grey[1::2], strict=True):
-        for (above, below), run in groupby(zip(upper, lower, strict=True)):
-            style = Style(color=f"rgb({above},{above},{above})", bgcolor=f"rgb({below},{below},{below})")
-            text.append("▀" * len(list(run)), style)
-        text.append("\n")
-    return text
-
-
-def _smaller(image: Floats, side: int) -> Floats:
-    """Average an image down to ``side`` rows and columns of whole pixels."""
-    edge = np.arange(side) * len(image) // side
-    count = np.diff(edge, append=len(image))
-    summed = np.add.reduceat(np.add.reduceat(image, edge, axis=0), edge, axis=1)
-    averaged: Floats = summed / np.outer(count, count)
-    return averaged
+        beside = width >= _LEAST_WIDTH
+        room = width - _FIGURES_WIDTH - 2 if beside else width - 1
+        words = [
+            f"frame  {last.frame}",
+            *(f"{name}  {place:+.2f} px" for name, place in zip("xy", self._trace.last_px or (), strict=False)),
+            *([f"{name} {sparkline(places[:, axis], 12)}" for axis, name in enumerate("xy")] if len(places) else []),
+            *light,
+            f"images {last.images}, {last.images_skipped} skipped",
+            *([f"{last.frames_dropped} frames dropped by this view"] if last.frames_dropped else []),
+        ]
+        if image is None:
+            return Group(self._bars, Text("\n".join(words), no_wrap=True))
+        lines = height - _OTHER_LINES - (0 if beside else len(words))
+        side = max(2, min(room, 2 * lines, len(image)))
+        top, left, part = lit_part(image, side)
+        side = min(side - side % 2, part)
+        if part < len(image):
+            words.append(f"shown  x {left} to {left + part - 1}, y {top} to {top + part - 1} px")
+        drawn = half_blocks(
+            image[top : top + part, left : left + part],
+            side,
+            colour=self._console.color_system is not None and not self._console.no_color,
+        )
+        text = Text("\n".join(words), no_wrap=True, overflow="ellipsis")
+        if not beside:
+            return Group(self._bars, text, drawn)
+        grid = Table.grid(padding=(0, 2))
+        grid.add_row(drawn, text)
+        return Group(self._bars, grid)

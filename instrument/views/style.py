@@ -1,4 +1,4 @@
-# pyright: reportUnknownMemberType=false
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
 # matplotlib leaves the type of its **kwargs open.
 """One style for all pictures of a recording: colours, letters, and the foot that says what a picture is of."""
 
@@ -10,6 +10,9 @@ from typing import Final, Literal, TypeAlias
 import matplotlib as mpl
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.font_manager import findfont, get_font
+
+from instrument.views.terminal import plain
 
 PictureFormat: TypeAlias = Literal["png", "pdf", "svg"]
 """Kinds of pictures, by the ends of their names."""
@@ -51,6 +54,12 @@ def save(figure: Figure, path: Path) -> Path:
     return path
 
 
+def drawable(text: str) -> str:
+    """Write out the characters that the pictures' letters do not have: names of files come from anywhere."""
+    letters = get_font(findfont("DejaVu Sans"))
+    return "".join(c if letters.get_char_index(ord(c)) else ascii(c)[1:-1] for c in plain(text).plain)
+
+
 def add_foot(figure: Figure, words: str, doubts: Sequence[str] = ()) -> None:
     """Write below a figure what it is of, and what is doubtful about it. Nothing is cut: long lines are broken.
 
@@ -61,8 +70,8 @@ def add_foot(figure: Figure, words: str, doubts: Sequence[str] = ()) -> None:
     """
     width, height = (float(inches) for inches in figure.get_size_inches())
     letters = max(20, int(_LETTERS_AN_INCH * (width - 0.2)))
-    lines = [(line, FOOT_COLOUR) for line in wrap(words, letters)]
-    warned = [(line, WARNING_COLOUR) for doubt in doubts for line in wrap(f"! {doubt}", letters)]
+    lines = [(line, FOOT_COLOUR) for line in wrap(drawable(words), letters)]
+    warned = [(line, WARNING_COLOUR) for doubt in doubts for line in wrap(drawable(f"! {doubt}"), letters)]
     all_lines = [*warned, *lines]
     foot_in = _LINE_IN * len(all_lines) + 0.08
     figure.set_size_inches(width, height + foot_in)
@@ -72,4 +81,4 @@ def add_foot(figure: Figure, words: str, doubts: Sequence[str] = ()) -> None:
         engine.set(rect=(0.0, share, 1.0, 1.0 - share))  # type: ignore[call-arg]
     for row, (line, colour) in enumerate(all_lines):
         place = (foot_in - 0.04 - _LINE_IN * row) / (height + foot_in)
-        figure.text(0.1 / width, place, line, fontsize=_SMALL, color=colour, va="top", ha="left")
+        figure.text(0.1 / width, place, line, fontsize=_SMALL, color=colour, va="top", ha="left", parse_math=False)

@@ -1,5 +1,6 @@
 """Tables, messages and progress bars in the terminal."""
 
+import logging
 import re
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Final
@@ -19,6 +20,11 @@ OUT: Final = Console(highlight=False, emoji=False)
 
 ERR: Final = Console(stderr=True, highlight=False, emoji=False)
 """Standard error, for progress, warnings and errors, so that the output of ``--json`` holds nothing else."""
+
+LOG: Final = logging.getLogger("kinopix")
+"""What is said is logged too; ``--log`` keeps it."""
+
+_WARNED: list[str] = []
 
 _LISTED = 8
 _COLOURS = {
@@ -44,6 +50,7 @@ def plain(text: str, style: str = "") -> Text:
 
 def say(message: str) -> None:
     """Print one line to standard output, as it stands."""
+    LOG.info("%s", message)
     OUT.print(plain(message), soft_wrap=True)
 
 
@@ -106,14 +113,27 @@ def timing_table(report: "TimingReport") -> Table:
 
 def show_error(error: "KinopixError") -> None:
     """Print one clear paragraph to standard error."""
+    LOG.error("%s", "; ".join([str(error), *getattr(error, "__notes__", ())]))
     ERR.print(Text.assemble(("kinopix:", "bold red"), " ", plain(str(error))), soft_wrap=True)
     for note in getattr(error, "__notes__", ()):
         ERR.print(plain(note), soft_wrap=True)
 
 
 def warn(message: str) -> None:
-    """Print one line to standard error."""
+    """Print one line to standard error, and keep it for ``warned``."""
+    LOG.warning("%s", message)
+    _WARNED.append(message)
     ERR.print(plain(message, "yellow"), soft_wrap=True)
+
+
+def warned() -> tuple[str, ...]:
+    """Give what was warned of since ``forget_warnings``, for ``--json``."""
+    return tuple(_WARNED)
+
+
+def forget_warnings() -> None:
+    """Begin a command in which nothing has been warned of."""
+    _WARNED.clear()
 
 
 def coloured(outcome: str) -> Text:

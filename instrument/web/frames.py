@@ -22,6 +22,7 @@ from typing import Final
 
 import numpy as np
 
+from instrument.views import white_of
 from protocols import Floats
 
 VERSION: Final = 1
@@ -32,10 +33,6 @@ _HEAD: Final = struct.Struct("<4sHHIIdd")
 _IMAGE: Final = struct.Struct("<HHIf")
 _PATH: Final = struct.Struct("<I")
 _WHITE: Final = 255
-_BELOW_WHITE: Final = 0.998
-_MOST_OVER: Final = (
-    4.0  # a small bright object is not taken for a few wild pixels: white is a quarter of the brightest at least
-)
 _DARK: Final = 1e-30
 
 
@@ -48,8 +45,7 @@ def image_body(image: Floats, frames: int) -> bytes:
     """
     rows, columns = image.shape
     shown = np.nan_to_num(image)
-    place = round(_BELOW_WHITE * (image.size - 1))
-    top = max(float(np.partition(shown, place, axis=None)[place]), float(shown.max()) / _MOST_OVER, 0.0)
+    top = white_of(shown)
     grey = np.clip(shown / max(top, _DARK), 0.0, 1.0) * _WHITE
     return _IMAGE.pack(columns, rows, frames, top) + grey.round().astype(np.uint8).tobytes()
 

@@ -3,7 +3,7 @@ import { read } from "./wire.js";
 import { drawCurves, drawField, drawImage, middleOf, step } from "./draw.js";
 import { list, redraw } from "./past.js";
 
-const STATE_VERSION = 1, WAITING = 2, KEPT = 4096, PLOT_EVERY_MS = 100;
+const STATE_VERSION = 1, WAITING = 3, KEPT = 4096, PLOT_EVERY_MS = 100, FIELD_EVERY_MS = 45, LATE_MS = 25;
 const at = (id) => document.getElementById(id);
 
 export function put(id, words) {
@@ -44,7 +44,7 @@ function banner(words) {
 function takeFrame(frame) {
   if (frame.kind === 1) {
     seen.skipped = frame.skipped;
-    images.push(frame);
+    images.push({ ...frame, arrived_ms: performance.now() });
     if (images.length > WAITING) { images.shift(); seen.dropped++; }
   } else {
     const length = 3 * frame.first;
@@ -57,13 +57,14 @@ function takeFrame(frame) {
   due();
 }
 
-let asked = false, plotted_ms = 0;
+let asked = false, plotted_ms = 0, fielded_ms = 0;
 function due() {
   if (!asked) { asked = true; requestAnimationFrame(paint); }
 }
 
 function paint() {
   asked = false;
+  while (images.length > 1 && performance.now() - images[0].arrived_ms > LATE_MS) { images.shift(); seen.dropped++; }
   const next = images.shift();
   if (next) {
     image = next;
@@ -72,9 +73,9 @@ function paint() {
     put("white", `0 to ${next.white.toPrecision(3)}`);
     fieldDue = true;
   }
-  if (fieldDue) { drawField(at("field"), image ? at("image") : null, path, state?.plan?.image_size ?? image?.columns ?? 128, image ? middleOf(image) : [0.5, 0.5]); fieldDue = false; }
+  if (fieldDue && performance.now() - fielded_ms >= FIELD_EVERY_MS) { fielded_ms = performance.now(); drawField(at("field"), image ? at("image") : null, path, state?.plan?.image_size ?? image?.columns ?? 128, image ? middleOf(image) : [0.5, 0.5]); fieldDue = false; }
   if (pathDue && performance.now() - plotted_ms >= PLOT_EVERY_MS) { plot(); pathDue = false; plotted_ms = performance.now(); }
-  if (pathDue && !images.length) setTimeout(due, PLOT_EVERY_MS);
+  if ((pathDue || fieldDue) && !images.length) setTimeout(due, fieldDue ? FIELD_EVERY_MS : PLOT_EVERY_MS);
   if (next) afterPaint(() => {
     const now_s = (performance.timeOrigin + performance.now()) / 1000;
     seen.images++;
@@ -190,9 +191,12 @@ const made = new Map();
 function lines(id, none, values, fill) {
   const key = JSON.stringify(values);
   if (made.get(id) === key) return;
+  const list = at(id), before = JSON.parse(made.get(id) ?? "[]");
   made.set(id, key);
   at(none).hidden = values.length > 0;
-  at(id).replaceChildren(...values.map((value) => { const item = document.createElement("li"); fill(item, value); return item; }));
+  const kept = before.every((value, k) => JSON.stringify(value) === JSON.stringify(values[k])) ? before.length : 0;
+  if (!kept) list.replaceChildren();
+  list.append(...values.slice(kept).map((value) => { const item = document.createElement("li"); fill(item, value); return item; }));  // so that only what is new is read aloud
 }
 
 function badge(outcome) {
@@ -225,7 +229,7 @@ for (const button of document.querySelectorAll("[data-wish]")) {
   button.addEventListener("click", () => socket.send(JSON.stringify({ wish: button.dataset.wish })));
 }
 at("again").addEventListener("click", list);
-const anew = () => { plotted_ms = 0; pathDue = fieldDue = true; due(); redraw(); };
+const anew = () => { plotted_ms = fielded_ms = 0; pathDue = fieldDue = true; due(); redraw(); };
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", anew);
 addEventListener("resize", anew);
 connect();

@@ -216,13 +216,13 @@ def test_a_run_that_is_ended_from_outside_makes_the_bench_safe_and_keeps_what_it
 @pytest.mark.parametrize(
     ("command", "option"),
     [
-        (("count",), "--pattern-rate"),
-        (("calibrate", "detector"), "--pattern-rate"),
-        (("calibrate", "mirrors"), "--pattern-rate"),
+        (("count",), "--pattern-rate-hz"),
+        (("calibrate", "detector"), "--pattern-rate-hz"),
+        (("calibrate", "mirrors"), "--pattern-rate-hz"),
         (("calibrate", "mirrors"), "--seconds"),
-        (("calibrate", "light"), "--pattern-rate"),
+        (("calibrate", "light"), "--pattern-rate-hz"),
         (("calibrate", "light"), "--seconds"),
-        (("calibrate", "alignment"), "--pattern-rate"),
+        (("calibrate", "alignment"), "--pattern-rate-hz"),
         (("calibrate", "displacement"), "--pattern-rate-hz"),
     ],
 )

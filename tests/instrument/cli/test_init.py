@@ -43,6 +43,16 @@ def test_what_a_real_stage_needs_is_named_and_then_missed_by_the_check(tmp_path:
     assert [problem.key for problem in caught.value.problems] == [f"stage.{key}" for key in needed]
 
 
+def test_the_whole_bench_is_asked_for_calibration_and_optics_and_no_name_of_a_class_is_shown(tmp_path: Path) -> None:
+    written(tmp_path)
+    text = (tmp_path / "bench.toml").read_text(encoding="utf-8")
+    before_tables = text.split("[modulator]")[0]
+    assert "# calibration =              # text" in before_tables
+    assert '# magnification = ""' in before_tables
+    assert "# leak =              # number >= 0, <= 0.4 or { value, sigma, source }" in text
+    assert re.findall(r"\b[A-Z][a-z]+(?:[A-Z][a-z]+)+\b", text) == []
+
+
 def test_the_schemas_lie_beside_the_files_and_are_named_by_them(tmp_path: Path) -> None:
     written(tmp_path / "new" / "folder", "--scheme", "hadamard")
     for name in ("bench", "plan"):

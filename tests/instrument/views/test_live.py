@@ -1,14 +1,17 @@
 """The run as it goes on, in the terminal."""
 
 import io
+import re
 
 import numpy as np
 import pytest
 from rich.console import Console
 from rich.progress import Progress
 
-from instrument.session import ImageEvent, TrackingEvent
-from instrument.views.live import LiveView, half_blocks, sparkline
+from instrument.acquisition import AlignedBlock
+from instrument.session import BlockEvent, ImageEvent, TrackingEvent
+from instrument.views.blocks import half_blocks, lit_part, sparkline
+from instrument.views.live import LiveView
 from instrument.views.trace import Trace
 
 
@@ -74,18 +77,85 @@ def terminal() -> Console:
     return Console(file=io.StringIO(), force_terminal=True, width=80, height=24, color_system="truecolor", _environ={})
 
 
-def test_in_a_terminal_bars_figures_way_and_image_are_drawn(terminal: Console) -> None:
-    bars = Progress(console=terminal)
+def _block(values: list[float]) -> BlockEvent:
+    none = np.zeros(0, np.int64)
+    counts = np.array(values)
+    return BlockEvent.of(AlignedBlock(0, counts, np.isfinite(counts), None, none, none, none))
+
+
+def _drawn(console: Console, image: np.ndarray) -> list[str]:
+    """The lines of the last picture of a run with that image."""
+    bars = Progress(console=console)
     bars.add_task("patterns counted", total=10)
-    with LiveView(bars, console=terminal) as view:
+    with LiveView(bars, console=console) as view:
+        view.hold_against(250.0)
         view(_tracked(10))
-        view(ImageEvent(frame=20, image=np.eye(64)))
+        view(_block([10.0, 30.0, 125.0, float("nan")]))
+        view(ImageEvent(frame=20, image=image))
         view(_tracked(30))  # without an image: the last one stays
-    assert isinstance(terminal.file, io.StringIO)
-    drawn = terminal.file.getvalue()
-    last = drawn[drawn.rindex("patterns counted") :]
-    assert "frame 30: x +14.50 px, y -7.25 px" in last
-    assert "x ▁" in last
-    assert "y █" in last
-    # 24 lines less 7 for all else: 34 x 34 pixels on 17 lines
-    assert sum("▀" in line for line in last.splitlines()) == 17
+    assert isinstance(console.file, io.StringIO)
+    drawn = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", console.file.getvalue())
+    return [line.rstrip() for line in drawn[drawn.rindex("patterns counted") :].splitlines()]
+
+
+def test_in_a_terminal_of_80_by_24_image_way_light_and_counters_are_drawn(terminal: Console) -> None:
+    """24 lines less 3 are 42 px; beside them stand the figures."""
+    image = np.zeros((64, 64))
+    image[8:40, 16:44] = 1.0
+    lines = _drawn(terminal, image)
+    assert sum("▀" in line for line in lines) == 21
+    assert len(lines) <= 24
+    assert max(len(line) for line in lines) <= 80
+    words = "\n".join(lines)
+    for said in (
+        "frame  30",
+        "x  +14.50 px",
+        "y  -7.25 px",
+        "x ▁",
+        "y █",
+        "light  55 a pattern, brightest 125",
+        "50 % of the linear limit",
+        "images 5, 3 skipped",
+        "2 frames dropped by this view",
+        "shown  x 8 to 55, y 0 to 47 px",
+    ):
+        assert said in words
+
+
+def test_without_colours_the_image_is_a_picture_in_characters(terminal: Console) -> None:
+    plain = Console(
+        file=io.StringIO(),
+        force_terminal=True,
+        width=80,
+        height=24,
+        no_color=True,
+        color_system="truecolor",
+        _environ={},
+    )
+    image = np.zeros((32, 32))
+    image[8:24, 4:12] = 1.0
+    lines = _drawn(plain, image)
+    assert [line.index("█") for line in lines if "█" * 8 in line] == [4] * 8
+
+
+def test_in_a_narrow_terminal_figures_stand_above_the_image() -> None:
+    narrow = Console(
+        file=io.StringIO(), force_terminal=True, width=40, height=30, color_system="truecolor", _environ={}
+    )
+    lines = _drawn(narrow, np.eye(64))
+    first = next(row for row, line in enumerate(lines) if "▀" in line)
+    assert any("frame  30" in line for line in lines[:first])
+    assert max(len(line) for line in lines) <= 40
+
+
+def test_of_a_large_image_the_part_with_the_object_is_shown() -> None:
+    """30 px and 8 px around them are 46 px, 48 by steps of 8; its middle at row 35 and column 115 is shown as far as it goes."""
+    image = np.zeros((128, 128))
+    image[20:50, 100:128] = 1.0
+    assert lit_part(image, 42) == (8, 80, 48)
+    assert lit_part(image, 64) == (0, 64, 64)
+    assert lit_part(image, 128) == (0, 0, 128)
+    assert lit_part(np.ones((128, 128)), 42) == (0, 0, 128)
+    assert lit_part(np.zeros((128, 128)), 42) == (0, 0, 128)
+    image[3, 3] = 9.0
+    assert lit_part(image, 42) == (8, 80, 48), "one wild pixel changes nothing"

@@ -18,7 +18,7 @@ from instrument.views import picture_folder, write_pictures
 from instrument.views.images import draw_image, image_figure, mark_centroid, round_length
 from instrument.views.pictures import foot_of
 from instrument.views.plots import error_figure, timing_figure, trajectory_figure
-from instrument.views.style import X_COLOUR, Y_COLOUR, add_foot, new_figure, save
+from instrument.views.style import X_COLOUR, Y_COLOUR, add_foot, drawable, new_figure, save
 from instrument.views.summary import summary_figure
 from protocols import Floats, InputError
 from tests.support.objects import letter
@@ -179,6 +179,15 @@ def test_the_foot_is_below_all_panels_and_nothing_of_it_is_cut() -> None:
         assert box.y0 <= extent.y0
         assert extent.y1 < panel.y0
     assert panel.y1 <= box.y1
+
+
+def test_a_name_from_anywhere_is_drawn_as_it_stands() -> None:
+    """No formula, no control character, no letter that the font lacks, which would warn."""
+    assert drawable("a$b^2$ \x1b[2J \u4e2d \u00e9") == "a$b^2$ \\x1b[2J \\u4e2d \u00e9"
+    figure = new_figure(4, 2)
+    add_foot(figure, "a$b^{$ \x1b \u4e2d.h5")
+    figure.draw_without_rendering()
+    assert [text.get_text() for text in figure.texts] == ["a$b^{$ \\x1b \\u4e2d.h5"]
 
 
 @pytest.mark.parametrize(("kind", "begin"), [("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?xml")])
