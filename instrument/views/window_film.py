@@ -5,7 +5,9 @@ from typing import Any
 
 from instrument.analysis import Windowed
 from instrument.views.film import film_writer, refuse_no_film
-from instrument.views.plots import X_COLOUR, draw_image, draw_trajectory, new_figure
+from instrument.views.images import draw_image
+from instrument.views.plots import draw_trajectory
+from instrument.views.style import X_COLOUR, new_figure
 from protocols import InputError
 
 _HELD = 5
