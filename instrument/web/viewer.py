@@ -38,7 +38,7 @@ class Viewer:
         self._sent = 0
         self.skipped = 0
         """Images that it missed because newer ones came."""
-        self._generation = -1
+        self._generation: int | None = None
         self._points = 0
         self._state_version = -1
         self._state_sent_s = -float("inf")
