@@ -111,6 +111,14 @@ def test_what_cannot_be_exported_is_refused(
     assert said in capsys.readouterr().err
 
 
+def test_a_film_into_a_folder_that_is_not_there_is_refused_before_the_work(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = run(tmp_path, "run.h5")
+    assert status(["film", str(file), "--out", str(tmp_path / "nowhere" / "a.gif")]) == 2
+    assert "an existing folder for a.gif" in capsys.readouterr().err
+
+
 def test_a_recording_without_analysis_is_exported_as_it_is(tmp_path: Path) -> None:
     file = run(tmp_path, "run.h5")
     assert status(["export", str(file), "--csv", "--out", str(tmp_path / "values.txt")]) == 0
