@@ -28,7 +28,7 @@ from instrument.plan import Plan
 from instrument.recording import Recording
 from protocols import Floats, Truth
 
-FIELDS = ((128, 10_000), (256, 10_000), (256, 20_000), (256, 40_000), (256, 65_536), (512, 40_000))
+FIELDS = ((128, 10_000), (256, 10_000), (512, 10_000), (256, 20_000), (256, 40_000), (256, 65_536), (512, 40_000))
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ def in_its_own_process(size: int, frames: int) -> Cost:
 
 
 def main() -> None:
-    """Print the table, and the exponents over rows at 256 x 256."""
+    """Print the table, and the exponents over rows and over pixels a side."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", help="one field and its rows, such as 256x10000")
     parser.add_argument("--values", type=Path, help=argparse.SUPPRESS)
@@ -118,15 +118,18 @@ def main() -> None:
             f"| {c.psnr_db:.1f} | {c.misfit:.2f} | {os.getloadavg()[0]:.1f} |",
             flush=True,
         )
-    over_rows = [c for c in costs if c.size == 256]
-    if len(over_rows) > 1:
-        rows = [c.frames for c in over_rows]
-        grow = {
-            what: exponent(rows, [getattr(c, what) for c in over_rows]) for what in ("cpu_s", "free_s", "memory_mb")
-        }
+    if len(costs) == 1:
+        return
+    print()
+    for what, along, chosen in (
+        ("rows, at 256 x 256", "frames", [c for c in costs if c.size == 256]),
+        ("pixels a side, at 10,000 rows", "size", [c for c in costs if c.frames == 10_000]),
+    ):
+        steps = [getattr(c, along) for c in chosen]
+        grow = {name: exponent(steps, [getattr(c, name) for c in chosen]) for name in ("cpu_s", "free_s", "memory_mb")}
         print(
-            f"\nAt 256 x 256 processor time grows as rows^{grow['cpu_s']:.2f}, "
-            f"time on two free cores as rows^{grow['free_s']:.2f}, memory as rows^{grow['memory_mb']:.2f}"
+            f"With {what}: processor time to the power {grow['cpu_s']:.2f}, time on two free cores {grow['free_s']:.2f}, "
+            f"memory {grow['memory_mb']:.2f}"
         )
 
 

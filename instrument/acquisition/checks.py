@@ -12,6 +12,7 @@ from instrument.config import Calibration, PluginBroken
 from instrument.plan import Plan
 from instrument.schemes import scheme_of
 from instrument.shown import card, line
+from instrument.storage import needed_on_disk
 from protocols import (
     CounterLimits,
     KinopixError,
@@ -130,6 +131,7 @@ def check_plan(
         _displacement(plan, where),
         *_object(plan, where, None if stage is None else stage.limits.travel_mm),
         _run_length(plan, counter),
+        _disk(plan),
     ]
     return CheckReport(tuple(checks), built if isinstance(built, PatternSequence) else None)
 
@@ -339,3 +341,9 @@ def _run_length(plan: Plan, limits: CounterLimits) -> Check:
     if scheme_of(plan).image_rows is not None and plan.frames > plan.image_size**2:
         return Check("run length", "warning", f"{message}; Hadamard patterns repeat after {plan.image_size**2} frames")
     return _good("run length", message)
+
+
+def _disk(plan: Plan) -> Check:
+    """Tell how much room the recording takes; a run looks whether it is there when it knows where."""
+    needed = needed_on_disk(plan.patterns)
+    return _good("disk", f"{needed / 1e6:.1f} MB, with a copy while an analysis is stored")

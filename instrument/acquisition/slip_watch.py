@@ -102,8 +102,10 @@ class SlipWatch:
             first, end = self._first_frame + segment.first_frame, self._first_frame + min(segment.end_frame, frames)
             if first >= end:
                 continue
+            pattern = self._first_frame * self._per_frame + segment.first_pattern
             if segments and segments[-1].shift == segment.shift:
-                first = segments.pop().first_frame
-            segments.append(Segment(first, end, segment.shift))
+                before = segments.pop()
+                first, pattern = before.first_frame, before.first_pattern
+            segments.append(Segment(first, end, segment.shift, pattern))
         # Where nothing slipped, a frame that goes with no neighbour is left to the analysis.
         sure.append(found.sure[:frames] if found.any or not self._sure else np.ones(frames, bool))

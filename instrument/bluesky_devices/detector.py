@@ -60,7 +60,7 @@ class KinopixDetector(
         self._plan: Plan | None = None
         self._run: Run | None = None
         self._broken_off_well = False
-        self._told = True
+        self._told: Run | None = None  # the last run whose file was told of
         self._since = time.time()
 
     @property
@@ -111,7 +111,7 @@ class KinopixDetector(
         self._refuse_while_running("kickoff")
         plan = self._prepared()
         run = self._run = self._bench.start(plan, self._next())
-        self._told, self._broken_off_well = False, False
+        self._broken_off_well = False
 
         def armed() -> None:
             for event in run.events():
@@ -155,9 +155,9 @@ class KinopixDetector(
             index: frames that all detectors of a stream have; None for all.
         """
         run, frames = self._run, self.get_index()
-        if run is None or self._told or not run.done or run.recording is None:
+        if run is None or self._told is run or not run.done or run.recording is None:
             return
-        self._told = True
+        self._told = run
         recording = run.recording
         if recording.path is not None:
             yield from assets(

@@ -36,7 +36,7 @@ def described(name: str, plan: Plan) -> dict[str, DataKey]:
         f"{name}-frame_valid": {
             "source": f"kinopix://{name}/frame_valid",
             "dtype": "array",
-            "dtype_numpy": "|b1",
+            "dtype_numpy": "|u1",
             "shape": [1],
             "external": "STREAM:",
         },

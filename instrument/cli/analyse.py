@@ -12,6 +12,7 @@ import typer
 
 from instrument.choices import Background, Grid, Method, Normalise, Tracking
 from instrument.cli.analyse_series import SeriesOptions, analyse_several
+from instrument.cli.analyse_windows import in_windows, refuse_beside_window
 from instrument.cli.options import JsonOption, SchedulerOption, WorkersOption, print_json
 
 if TYPE_CHECKING:
@@ -82,6 +83,16 @@ def analyse_file(
         Path | None,
         typer.Option(help="Several: folder of a fast disk; each recording is copied there first, and read only once."),
     ] = None,
+    window: Annotated[
+        int | None,
+        typer.Option(
+            min=1, help="One long recording: analyse it in windows of about so many frames, in steady memory."
+        ),
+    ] = None,
+    window_images: Annotated[
+        str,
+        typer.Option(metavar="all|none|NUMBERS", help="With --window: of which windows an image is made, as 0,3,7."),
+    ] = "all",
     as_json: JsonOption = False,
 ) -> None:
     """Track and reconstruct a recording; write /entry/analysis into it, pictures beside it, and print the figures.
@@ -92,6 +103,25 @@ def analyse_file(
     from instrument.analysis import background_choice
 
     fitted, background_file = background_choice(background)
+    if window is not None:
+        refuse_beside_window(
+            files=len(files) > 1 or files[0].is_dir(),
+            tracking=tracking != "joint",
+            method=method != "tv",
+            frames=frames is not None,
+            background=background != "auto",
+            grid=grid != "auto",
+            mean_filter=mean_filter is not None,
+            normalise=normalise != "auto",
+            pictures=pictures is not None,
+            table=bool(table),
+            again=again,
+            workers=workers is not None,
+            scheduler=scheduler is not None,
+            scratch=scratch is not None,
+        )
+        in_windows(files[0], window, window_images, results, as_json=as_json)
+        return
     options = SeriesOptions(
         workers=workers,
         scheduler=scheduler,

@@ -4,77 +4,81 @@ from typing import Final
 
 import numpy as np
 
+from instrument.measurement.levels import Levels
 from instrument.numerics import compiled
 from protocols import Floats, Integers
 
 _PASSED_OVER: Final = 2
-"""Frames at most that are passed over at once."""
+"""Frames at most between the last one of a shift and the first of the next: what was counted while it changed."""
 
 _EACH_MORE: Final = 10.0
-"""Cost of each pattern more by which it changes at once."""
+"""Cost of each pattern more by which the shift changes at once."""
 
-_BACK: Final = 0.3
-"""Cost of a change back to no shift, over that of another: a lost edge and a gained one cost little more than one of them."""
+_BACK: Final = 0.6
+"""Cost of a change back to no shift, over that of another: after a lost edge a gained one is likelier than either alone."""
 
-_BAD: Final = 60.0
-"""Cost of frames that are passed over without a change: they fit to no neighbour."""
+_START: Final = 0.6
+"""Cost of a start with a shift, over that of a change: no level says that nothing changes there."""
 
-_MOST: Final = 30.0
-"""Cost at most of one value: a wild count says little."""
+_EACH_PASSED: Final = 2.0
+"""Cost of a frame that is passed over."""
+
+_SHORT: Final = 4.0
+"""Cost of levels from few frames, where those from many do not go on: as many as there are changes within them."""
+
+_UNKNOWN: Final = 5.0
+"""Cost of a level that is not known before or after a change, as in the first frames: that a run starts so is likelier."""
+
+_MOST: Final = 60.0
+"""Cost at most of one level that does not go on."""
 
 
 def cheapest_shifts(
-    quiet: Floats, steady: Floats, variance: Floats, loud: Floats, change: float, *, margins: bool
+    pairs: Floats, jumps: Floats, levels: Levels, change: float, *, margins: bool
 ) -> tuple[Integers, Floats]:
     """Find the shift of each frame, and how much more the best path of another shift there would cost.
 
     Args:
-        quiet: ``(frames, shifts, m)`` values that change little from frame to frame, if a frame has that shift; NaN where
-            nothing is known.
-        steady: likewise, their steady change from the frame before.
-        variance: likewise, their variances.
-        loud: ``(frames, shifts)`` cost of the values that change much, against the frame before.
+        pairs: ``(frames, shifts)`` cost of a frame that has that shift.
+        jumps: ``(frames,)`` cost of a frame that follows another one without a change.
+        levels: levels before and after each frame.
         change: cost of a change of the shift by one pattern, and of a start with one.
-        margins: whether the costs of other paths are wanted, which takes much longer.
+        margins: whether the costs of other paths are wanted, which takes longer.
 
     Returns:
         ``(frames,)`` shift, from -most to most where there are 2 most + 1 shifts; ``(frames,)`` margin, infinite where it is not
-        wanted, 0 where the frame is passed over.
+        wanted.
     """
-    frames, shifts, count = quiet.shape
+    frames, shifts = pairs.shape
     both = np.full((2, frames, shifts), np.inf)
     came = np.zeros((frames, shifts), np.int64)
     rule = np.array([change, margins], np.float64)
-    quiet, steady, variance, loud = (np.ascontiguousarray(part, np.float64) for part in (quiet, steady, variance, loud))
-    _least(quiet, steady, variance, loud, rule, both, came)
-    shift = np.zeros(frames, np.int64)
-    margin = np.zeros(frames)
+    _least(np.ascontiguousarray(pairs), np.ascontiguousarray(jumps), levels.before, levels.after, rule, both, came)
     total, left = both
-    to_end = np.full_like(total, np.inf)
-    for after in range(min(_PASSED_OVER + 1, frames)):
-        to_end[frames - 1 - after] = total[frames - 1 - after] + (count + 1.0) * after + (_BAD if after else 0.0)
-    frame, state = divmod(int(to_end.argmin()), shifts)
-    best = float(to_end[frame, state])
-    shift[frame:] = state - shifts // 2
-    while True:
-        others = np.delete(total[frame] + left[frame], state)
-        margin[frame] = float(others.min()) - best if margins else np.inf
+    frame, state = frames - 1, int(total[-1].argmin())
+    best = float(total[frame, state])
+    shift = np.zeros(frames, np.int64)
+    margin = np.full(frames, np.inf)
+    while frame >= 0:
         shift[frame] = state - shifts // 2
         back = int(came[frame, state])
         if back < 0:
-            shift[:frame] = shift[frame]
-            return shift, margin
-        before = frame - back // shifts
-        shift[before + 1 : frame] = shift[frame]
-        frame, state = before, back % shifts
+            break
+        shift[frame - back // shifts + 1 : frame] = shift[frame]
+        frame, state = frame - back // shifts, back % shifts
+    if margins:
+        around = total + left
+        around[np.arange(frames), shift + shifts // 2] = np.inf
+        margin = np.maximum(around.min(axis=1) - best, 0.0)
+    return shift, margin
 
 
-@compiled("void(f8[:,:,::1], f8[:,:,::1], f8[:,:,::1], f8[:,::1], f8[::1], f8[:,:,::1], i8[:,::1])")
+@compiled("void(f8[:,::1], f8[::1], f8[:,:,:,::1], f8[:,:,:,::1], f8[::1], f8[:,:,::1], i8[:,::1])")
 def _least(  # noqa: PLR0917 - compiled: one array each
-    quiet: Floats,
-    steady: Floats,
-    variance: Floats,
-    loud: Floats,
+    pairs: Floats,
+    jumps: Floats,
+    before: Floats,
+    after: Floats,
     rule: Floats,
     both: Floats,
     came: Integers,
@@ -82,60 +86,63 @@ def _least(  # noqa: PLR0917 - compiled: one array each
     """Fill ``both``, the least cost up to each frame and shift and that from there to the end, and where paths came from.
 
     ``came`` is the number of frames back times the number of shifts, plus the shift there; -1 for a start. ``rule`` is the cost
-    of a change, and whether margins are wanted: without them the costs to the end are left as they are, and steps that cannot be
-    on the cheapest path are not looked at.
+    of a change, and whether margins are wanted: without them the costs to the end are left as they are, and changes that cannot
+    be on the cheapest path are not looked at.
     """
-    frames, shifts, count = quiet.shape
+    frames, shifts = pairs.shape
+    windows, _, per_frame, _ = before.shape
     change, margins = rule[0], rule[1] > 0
     total, left = both[0], both[1]
     middle = shifts // 2
-    each = count + 1.0  # what a frame costs on average
     steps = np.full((frames if margins else 1, _PASSED_OVER + 1, shifts, shifts), np.inf)
     for frame in range(frames):
         for new in range(shifts):
-            if frame <= _PASSED_OVER:
-                apart = abs(new - middle)
-                total[frame, new] = each * frame + (_BAD if frame else 0.0)
-                if apart:
-                    total[frame, new] += change + _EACH_MORE * (apart - 1)
-                came[frame, new] = -1
-            for back in range(1, min(_PASSED_OVER + 1, frame) + 1):
-                before = frame - back
+            apart = abs(new - middle)
+            if frame == 0:
+                total[0, new] = pairs[0, new] + (_START * change + _EACH_MORE * (apart - 1) if apart else 0.0)
+                came[0, new] = -1
+                continue
+            total[frame, new] = total[frame - 1, new] + jumps[frame] + pairs[frame, new]
+            came[frame, new] = shifts + new
+        for passed in range(min(_PASSED_OVER, frame - 1) + 1):
+            last = frame - 1 - passed
+            for new in range(shifts):
                 for old in range(shifts):
                     apart = abs(new - old)
-                    if back == 1 and apart:
+                    if not apart:
                         continue
-                    cost = count * (back - 1.0)
-                    if apart:
-                        cost += (_BACK if new == middle else 1.0) * change + _EACH_MORE * (apart - 1)
-                    elif back > 1:
-                        cost += _BAD
-                    for passed in range(before + 1, frame + 1):  # what changes much is no reason to pass over a frame
-                        cost += min(loud[passed, new], _MOST)
-                    if not margins and total[before, old] + cost >= total[frame, new]:
+                    cost = (_BACK if new == middle else 1.0) * change + _EACH_MORE * (apart - 1)
+                    cost += _EACH_PASSED * passed + pairs[frame, new]
+                    if not margins and total[last, old] + cost >= total[frame, new]:
                         continue
-                    for k in range(count):
-                        step = quiet[frame, new, k] - quiet[before, old, k]
-                        if back == 1:
-                            step -= steady[frame, new, k]
-                        else:
-                            step -= back * (steady[frame, new, k] + steady[before, old, k]) / 2
-                        energy = step * step / (variance[frame, new, k] + variance[before, old, k])
-                        cost += min(energy, _MOST) if np.isfinite(energy) else 1.0
+                    least = np.inf
+                    for window in range(windows):
+                        off = _SHORT * window
+                        for column in range(per_frame):
+                            here = last + (column + old - middle) // per_frame
+                            there = frame + (column + new - middle) // per_frame
+                            if here < 0 or there < 0 or here >= frames or there >= frames:
+                                off += _UNKNOWN
+                                continue
+                            one = before[window, here, (column + old - middle) % per_frame]
+                            two = after[window, there, (column + new - middle) % per_frame]
+                            step = two[0] - one[0] - 0.5 * passed * (one[1] + two[1])
+                            energy = step * step / (one[2] + two[2])
+                            off += min(energy, _MOST) if np.isfinite(energy) else _UNKNOWN
+                        least = min(least, off)
+                    cost += least
                     if margins:
-                        steps[frame, back - 1, old, new] = cost
-                    if total[before, old] + cost < total[frame, new]:
-                        total[frame, new] = total[before, old] + cost
-                        came[frame, new] = back * shifts + old
+                        steps[frame, passed, old, new] = cost
+                    if total[last, old] + cost < total[frame, new]:
+                        total[frame, new] = total[last, old] + cost
+                        came[frame, new] = (passed + 1) * shifts + old
     if not margins:
         return
-    for frame in range(frames - 1, -1, -1):
-        after = frames - 1 - frame
+    left[frames - 1] = 0.0
+    for frame in range(frames - 2, -1, -1):
         for old in range(shifts):
-            if after <= _PASSED_OVER:
-                left[frame, old] = each * after + (_BAD if after else 0.0)
-            for ahead in range(1, min(_PASSED_OVER + 1, after) + 1):
+            left[frame, old] = left[frame + 1, old] + jumps[frame + 1] + pairs[frame + 1, old]
+            for passed in range(min(_PASSED_OVER, frames - 2 - frame) + 1):
                 for new in range(shifts):
-                    left[frame, old] = min(
-                        left[frame, old], steps[frame + ahead, ahead - 1, old, new] + left[frame + ahead, new]
-                    )
+                    cost = steps[frame + 1 + passed, passed, old, new] + left[frame + 1 + passed, new]
+                    left[frame, old] = min(left[frame, old], cost)

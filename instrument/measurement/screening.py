@@ -24,12 +24,6 @@ _DIGITS: Final = 1e-6
 _LISTED: Final = 5
 """Places that a sentence lists."""
 
-_MUCH: Final = 64
-"""Frames beyond which values that slipped are sure for the most part: fewer may all lie near a change."""
-
-_MOSTLY: Final = 0.5
-"""Share of the frames said to have slipped that must be sure, to be believed where edges say otherwise."""
-
 _DEAD: Final = 0.9
 """Share of the time dead at most that is corrected for here: beyond, a count is wild in any case."""
 
@@ -59,9 +53,7 @@ def screened(recording: Recording) -> Screened:
     light = _light_of_counts(recording, values)
     pair = _pair(scheme)
     wild = wild_counts(light, variance, pair)
-    slips = slips_of(np.where(wild, np.nan, light), variance, pair)
-    if _is_hardly_sure(slips) and _edges_vouch(recording):
-        slips = Slips.none(len(light))
+    slips = slips_of(light, wild, variance, pair)
     if slips.any:  # what was wild in a place of another pattern may be none in its own
         findings += tell_slips(slips)
         values, light = in_step_again(values, slips), in_step_again(light, slips)
@@ -97,23 +89,6 @@ def usable_frames(recording: Recording) -> Mask:
     return np.asarray(usable & (recording.frame_valid | np.isfinite(recording.values).all(axis=1)), bool)
 
 
-def _is_hardly_sure(slips: Slips) -> bool:
-    """Whether much is said to have slipped of which little is sure."""
-    of_shifted = slips.sure[slips.shift != 0]
-    return len(of_shifted) > _MUCH and float(np.mean(of_shifted)) < _MOSTLY
-
-
-def _edges_vouch(recording: Recording) -> bool:
-    """Whether the run's own timing audit saw every sync edge at its time, so that values have hardly slipped in mid-run.
-
-    Values that a leak makes unsteady look like slipped ones where the levels of all patterns meet, as on a diagonal path.
-    """
-    report = recording.timing
-    if report is None or recording.edge_time_s is None or report.verdict != "good":
-        return False
-    return not (report.gaps or report.doubles or report.irregular or report.slipped or report.surplus_edges)
-
-
 def slips_of_counts(values: Floats, valid: Mask, scheme: Scheme, *, photon_counts: bool) -> Slips:
     """Find the shifts of a run by its counts as they came; see ``slips_of``.
 
@@ -126,7 +101,7 @@ def slips_of_counts(values: Floats, valid: Mask, scheme: Scheme, *, photon_count
     known = np.where(valid[:, None], values, np.nan)
     variance = _variance(values, valid, scheme, photon_counts=photon_counts)
     wild = wild_counts(known, variance, _pair(scheme))
-    return slips_of(np.where(wild, np.nan, known), variance, _pair(scheme))
+    return slips_of(known, wild, variance, _pair(scheme))
 
 
 def _pair(scheme: Scheme) -> tuple[int, int] | None:
@@ -208,7 +183,8 @@ def tell_slips(slips: Slips) -> list[Finding]:
     before = 0
     for segment in slips.segments:
         if segment.shift != before or segment.shift:
-            since = "from the first frame on" if segment.first_frame == 0 else f"from frame {segment.first_frame} on"
+            since = f"from pattern {segment.first_pattern} of frame {segment.first_frame} on"
+            since = "from the first frame on" if segment.first_frame == 0 else since
             parts.append(f"{_by(segment.shift)} {since} ({_cause(segment.shift - before)})")
         before = segment.shift
     text = "values come " + ", ".join(parts[:_LISTED]) + (", ..." if len(parts) > _LISTED else "")

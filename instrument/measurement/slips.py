@@ -1,51 +1,58 @@
 """Slips: from which pattern on the values belong to the pattern before, or after.
 
-A lost sync edge joins two bins, a surplus one splits a bin, and all values after it come one pattern early or late. In step, the
-values of the position patterns change little from one frame to the next, and so does the sum of a pattern and its complement,
-while their difference changes much. That tells the shift of a run, and levels that no longer go on tell where it changes.
+A lost sync edge joins two bins, a surplus one splits a bin, and all values after it come one pattern early or late. Two things
+tell. A pattern and its complement go up and down against each other, and no other two values of a frame do: where they stand
+tells the shift of a frame by itself (``opposites``). And all levels go on where nothing changes (``levels``): at a slip each
+column goes on where another one was, and those few shifts by which all of them do are the only ones that are likely.
 
-For each shift s of -3 .. +3 patterns, a frame that follows another one costs minus twice the log-likelihood of the changes: their
-squares over the variance that noise gives them, that of the difference over its own larger variance. Where the shift changes
-values are split and joined, so that frames there are passed over, and the ones before and after are compared. The shifts of
-all frames are those of the least total cost, found exactly (Viterbi); a shift is sure where all others cost far more.
+For each shift s of -3 .. +3 patterns a frame costs minus twice the log-likelihood ratio of its pair. A change costs what one is
+unlikely, and by how much levels do not go on; frames where the shift changes are passed over. To stay costs where all levels
+jump. The shifts of all frames are those of the least total cost, found exactly (Viterbi); a shift is sure where all others cost
+far more.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
+from instrument.measurement.change_places import change_place
 from instrument.measurement.cheapest_shifts import cheapest_shifts
+from instrument.measurement.levels import Levels
+from instrument.measurement.opposites import noise_of, opposed, opposites
 from protocols import Floats, Integers, Mask
 
-_CHANGE: Final = 75.0
+_CHANGE: Final = 50.0
 """Cost of a change of the shift by one pattern, and of a start with one."""
 
 _ONE_MORE: Final = 40.0
 """Cost of each change in a run in which there is one: that they come together is likelier than that there is one."""
 
-_SURE: Final = 15.0
+_SURE: Final = 10.0
 """Cost by which any other shift is worse where a shift is sure."""
 
 _MOST_SHIFT: Final = 3
 
-_BLOCK: Final = 64
-"""Frames in which noise and motion are taken to be alike."""
+_JUMP: Final = 20.0
+"""Sum of squares from which on levels jump; that of six levels in noise is 6, and 30 once in 20,000 frames."""
 
-_WINDOW: Final = 31
-"""Frames over which levels, and the changes of the difference, are averaged."""
+_MOST_JUMP: Final = 120.0
+"""Cost at most where levels jump: so unlikely is it that the object does."""
 
-_STEADY: Final = 5
-"""Frames of whose changes the median is taken."""
+_APART: Final = 10
+"""Frames between two jumps: the frames of a line."""
 
-_PLAIN: Final = 2.5
-"""Variance of the difference, over that of noise, below which it says nothing: the largest of seven averages of noise."""
+_AROUND: Final = 9
+"""Frames of whose values the median is taken, which a few strange ones do not move."""
 
-_EVEN: Final = 0.01
-"""Standard deviation at least, over the value: no light of a bench is more even than that."""
+_LAMP: Final = 5
+"""Frames over whose total the lamp is averaged."""
 
-_THIRD: Final = 0.6745
-"""Absolute value of a normal deviate that one in two lies below, as one in three of all does where a third changes much."""
+_DARK: Final = 0.1
+"""Share of the mean light that is assumed at least."""
+
+_FAR: Final = 25.0
+"""Squared deviation, over the variance, beyond which a value is far off."""
 
 _PROPORTIONAL: Final = 30.0
 """Sum of squares that noise leaves at most of a frame that is as its neighbours, but for its brightness."""
@@ -53,7 +60,7 @@ _PROPORTIONAL: Final = 30.0
 _FEW: Final = 8
 """Frames that may go with no neighbour, as a fault makes them. More are a flaw of the bench's light, or rough motion."""
 
-FEWEST_FRAMES: Final = 6
+FEWEST_FRAMES: Final = 16
 """Whole frames below which values cannot tell whether they slipped."""
 
 _FEWEST_COUNTS: Final = 10.0
@@ -72,6 +79,9 @@ class Segment:
 
     shift: int
     """Patterns by which the values come late; negative: early."""
+
+    first_pattern: int = 0
+    """First pattern whose value is not where it was before, as far as the values tell."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,11 +110,12 @@ class Slips:
         return any(segment.shift for segment in self.segments)
 
 
-def slips_of(light: Floats, variance: Floats, pair: tuple[int, int] | None) -> Slips:
+def slips_of(light: Floats, wild: Mask, variance: Floats, pair: tuple[int, int] | None) -> Slips:
     """Find the shifts of all frames.
 
     Args:
         light: ``(frames, patterns_per_frame)`` in play order; NaN where no value was measured.
+        wild: likewise, whether a value goes with none before and after it: that tells nothing, unless one beside is its opposite.
         variance: ``(patterns_per_frame,)`` for noise that does not depend on the light; for photon counts all 0.
         pair: columns of a pattern and its complement, side by side; without them nothing is found.
     """
@@ -116,25 +127,45 @@ def slips_of(light: Floats, variance: Floats, pair: tuple[int, int] | None) -> S
     known = total[np.isfinite(total)]
     if not len(known) or (not variance.any() and np.median(known) < _FEWEST_COUNTS):
         return in_step
+    light = np.where(wild & ~opposed(light), np.nan, light)
+    light = _steady(light)
     most = min(_MOST_SHIFT, per_frame // 2)
-    quiet, steady, power, loud, told = _series(light, variance, pair[0], most)
+    has_levels = per_frame > 2  # a pair alone has none: its patterns change
+    sigma2 = noise_of(light, variance)
+    strange = _strange(light, sigma2)
+    pairs, told = opposites(light, sigma2, pair[0], most)
     if not told:
         return in_step
-    shift, margin = cheapest_shifts(quiet, steady, power, loud, _CHANGE, margins=False)
+    known = np.where(strange[:, None], np.nan, light)
+    of_column = sigma2
+    levels = Levels.of(known, sigma2)
+    shift, margin = cheapest_shifts(pairs, has_levels * _stays(levels.jumps()), levels, _CHANGE, margins=False)
     if shift.any():
-        shift, margin = cheapest_shifts(quiet, steady, power, loud, _ONE_MORE, margins=True)
-    else:
-        margin[_only_lamp(quiet[:, most], power[:, most], margin == 0)] = np.inf
-    starts = np.flatnonzero(np.diff(shift, prepend=shift[0] - 1))
-    ends = np.append(starts[1:], frames)
-    segments = tuple(Segment(int(a), int(b), int(shift[a])) for a, b in zip(starts, ends, strict=True))
-    sure = margin > (_SURE if shift.any() else 0.0)
-    if not shift.any() and np.count_nonzero(~sure) > _FEW:  # so many are the bench's own way
-        sure[:] = True
-    sure[1:-1] &= (margin[:-2] > 0) & (margin[2:] > 0)
-    for start in starts[1:]:
-        sure[max(0, start - 2) : start + 2] = False
-    return Slips(segments, np.asarray(sure, bool))
+        mended = _moved(known, shift)  # a change of the shift enlarges what deviations and lines seem to vary
+        of_column = noise_of(mended, variance)
+        columns: Integers = np.subtract.outer(-shift, -np.arange(per_frame, dtype=np.int64)) % per_frame
+        sigma2 = np.take_along_axis(of_column, columns, axis=1)
+        pairs, _ = opposites(known, sigma2, pair[0], most)
+        levels = Levels.of(known, sigma2, Levels.of(mended, of_column).scale)
+        shift, margin = cheapest_shifts(pairs, has_levels * _stays(levels.jumps()), levels, _ONE_MORE, margins=True)
+    sure = (margin > _SURE) & ~strange
+    starts = np.flatnonzero(np.diff(shift, prepend=shift[0] - 1)).tolist()
+    segments: list[Segment] = []
+    for start, end in zip(starts, [*starts[1:], frames], strict=True):
+        first, place = start, start * per_frame
+        if start:
+            old = segments.pop()
+            place, least, most_late = change_place(known, of_column, levels, start, (old.shift, int(shift[start])))
+            first = min(max(place // per_frame, old.first_frame + 1), end - 1)
+            sure[max(0, min(first, least // per_frame) - 1) : max(first, most_late // per_frame) + 2] = False
+            place -= old.shift
+            segments.append(replace(old, end_frame=first))
+        elif shift[0]:
+            sure[:2] = False
+        segments.append(Segment(first, int(end), int(shift[start]), place))
+    beside = np.pad(strange, 1)
+    sure &= ~(beside[:-2] | beside[2:])
+    return Slips(tuple(segments), np.asarray(sure, bool))
 
 
 def in_step_again(values: Floats, slips: Slips) -> Floats:
@@ -142,114 +173,61 @@ def in_step_again(values: Floats, slips: Slips) -> Floats:
 
     A shift by half a frame is not moved back, as it may as well be one to the other side.
     """
-    per_frame, shift = values.shape[1], slips.shift
-    sure = slips.sure & (2 * np.abs(shift) < max(per_frame, 3))
+    return _moved(values, slips.shift, slips.sure & (2 * np.abs(slips.shift) < max(values.shape[1], 3)))
+
+
+def _moved(values: Floats, shift: Integers, sure: Mask | None = None) -> Floats:
+    """Move values by so many patterns; NaN where they are not sure, or come from a frame of another shift."""
+    per_frame = values.shape[1]
     source = np.arange(values.size).reshape(values.shape) + shift[:, None]
     inside = (source >= 0) & (source < values.size)
     source = source.clip(0, values.size - 1)
     # A pattern's value lies in its own frame or in the next one, which must be sure of the same shift.
     other = source // per_frame
-    good = inside & sure[:, None] & sure[other] & (shift[other] == shift[:, None])
+    good = inside & (shift[other] == shift[:, None])
+    if sure is not None:
+        good &= sure[:, None] & sure[other]
     return np.where(good, values.ravel()[source], np.nan)
 
 
-def _only_lamp(quiet: Floats, power: Floats, strange: Mask) -> Mask:
-    """Whether a strange frame goes with its neighbours if it is made brighter or darker as a whole, as by the lamp."""
-    lamp = np.zeros(len(quiet), bool)
-    good = np.flatnonzero(~strange)
-    for frame in np.flatnonzero(strange):
-        beside = good[np.argsort(np.abs(good - frame))[:2]]
-        if not len(beside):
-            continue
-        level = quiet[beside].mean(axis=0)
-        scale = float(quiet[frame].sum() / level.sum()) if level.sum() > 0 else np.nan
-        left = (quiet[frame] - scale * level) ** 2 / (2 * power[frame] * max(scale, 1.0) ** 2)
-        lamp[frame] = bool(left.sum() < _PROPORTIONAL)
-    return lamp
+def _stays(jumps: Floats) -> Floats:
+    """Cost of going on where levels jump, once for each jump."""
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(jumps, _APART), 2 * _APART + 1).max(axis=1)
+    peak = (jumps >= around) & (jumps > _JUMP)
+    return np.where(peak, np.minimum(jumps - 6, _MOST_JUMP), 0.0)
 
 
-def _series(light: Floats, variance: Floats, first: int, most: int) -> tuple[Floats, Floats, Floats, Floats, bool]:
-    """What each frame has if it is shifted by each number of patterns.
-
-    Returns:
-        ``(frames, shifts, m)`` values that change little from frame to frame: those of the single patterns, then the sum of the
-        pair; their steady change from the frame before, which motion makes; their variances; and ``(frames, shifts)`` the
-        squared change of the pair's difference over its variance. Last, whether any pair changes more than noise does.
-    """
-    frames, per_frame = light.shape
-    steady = _steady_change(light)
-    sigma2 = _noise(light, steady, variance)
-    room = np.full(per_frame, np.nan)  # nothing is known of bins before the first frame and after the last one
-    bins, slope, power = (np.concatenate([room, part.ravel(), room]) for part in (light, steady, sigma2))
-    starts: Integers = per_frame * np.arange(1, frames + 1, dtype=np.int64)
-    place: Integers = np.add.outer(starts, np.arange(-most, most + 1, dtype=np.int64))
-    columns = np.array([column for column in range(per_frame) if column not in (first, first + 1)], np.int64)
-    single = place[:, :, None] + columns
-    one, two = place + first, place + first + 1
-
-    def quiet(series: Floats) -> Floats:
-        """The single patterns, and the sum of the pair."""
-        return np.concatenate([series[single], (series[one] + series[two])[:, :, None]], axis=2)
-
-    # What a pair's squares, each over its variance, have beyond that of the sum is that of the weighted difference.
-    change = _jump(bins[one], slope[one]) / power[one] - _jump(bins[two], slope[two]) / power[two]
-    loud = np.nan_to_num(change**2 / (2 / power[one] + 2 / power[two]), nan=1.0)
-    spread = _means(np.minimum(loud, 1e6)).max(axis=1, keepdims=True)
-    spread[spread < _PLAIN] = 1.0
-    return quiet(bins), quiet(slope), quiet(power), loud / spread, bool((spread > 1).any())
+def _steady(light: Floats) -> Floats:
+    """Light as of a lamp that does not change: any six values in a row are of as many patterns, whether they slipped or not."""
+    total = _filled(light).sum(axis=1)
+    around = np.convolve(np.pad(total, _LAMP // 2, mode="edge"), np.full(_LAMP, 1 / _LAMP), "valid")
+    mean = float(around.mean())
+    return light if mean <= 0 else light * (mean / np.maximum(around, _DARK * mean))[:, None]
 
 
-def _jump(values: Floats, steady: Floats) -> Floats:
-    """Change from the frame before, less the steady one."""
-    return np.asarray(np.diff(values, axis=0, prepend=np.nan) - steady, np.float64)
-
-
-def _steady_change(light: Floats) -> Floats:
-    """Give the median over five frames of the change from the frame before, which no single value moves far.
-
-    Where it is not known, as at the ends, it is that of the frames beside; 0 where it is known nowhere.
-    """
-    half = _STEADY // 2
-    change = np.pad(np.diff(light, axis=0, prepend=np.nan), ((half, half), (0, 0)), constant_values=np.nan)
-    around = np.sort([change[k : k + len(light)] for k in range(_STEADY)], axis=0)  # NaN comes last
-    known: Mask = np.asarray(np.isfinite(around).all(axis=0), np.bool_)
-    steady = np.where(known, around[half], 0.0)
+def _filled(light: Floats) -> Floats:
+    """Light with values between those beside in place of each that is not known."""
+    filled = np.nan_to_num(light)
     index = np.arange(len(light))
-    for column in range(light.shape[1]):
-        there = np.flatnonzero(known[:, column])
-        if len(there):
-            steady[:, column] = np.interp(index, there, steady[there, column])
-    return steady
+    for column in np.flatnonzero(~np.isfinite(light).all(axis=0)):
+        known = np.isfinite(light[:, column])
+        if known.any():
+            filled[:, column] = np.interp(index, index[known], light[known, column])
+    return filled
 
 
-def _noise(light: Floats, steady: Floats, variance: Floats) -> Floats:
-    """Variance of each value, as changes from frame to frame show it: motion and lamp enlarge it."""
-    sigma2 = np.broadcast_to(variance, light.shape) if variance.any() else np.maximum(_means(light), 1.0)
-    sigma2 = np.nan_to_num(np.maximum(sigma2, (_EVEN * _means(light)) ** 2), nan=1.0)
-    sigma2 = np.maximum(sigma2, 1e-280)
-    ratio = np.abs(_jump(light, steady)) / np.sqrt(2 * sigma2)
-    blocks = max(1, len(light) // _BLOCK)
-    scale = np.concatenate([np.full(len(part), _third(part)) for part in np.array_split(ratio, blocks)])
-    return np.asarray(sigma2 * np.maximum(scale / _THIRD, 1.0)[:, None] ** 2, np.float64)
-
-
-def _third(ratio: Floats) -> float:
-    """Give what one in three lies below: two of three values are of patterns that are the same in all frames, and quiet."""
-    known = ratio[np.isfinite(ratio)]
-    return float(np.quantile(known, 1 / 3)) if len(known) else 0.0
-
-
-def _means(values: Floats) -> Floats:
-    """Running means over frames of the values that are numbers, fewer at the ends; NaN where there is none."""
-    half = min(_WINDOW, len(values)) // 2
-    known = np.isfinite(values)
-    low = np.maximum(np.arange(len(values)) - half, 0)
-    high = np.minimum(np.arange(len(values)) + half + 1, len(values))
-
-    def sums(part: Floats) -> Floats:
-        """Sums from the start, from which that of any window is a difference."""
-        total = np.cumsum(np.pad(part, ((1, 0), (0, 0))), axis=0)
-        return np.asarray(total[high] - total[low], np.float64)
-
-    count = sums(known.astype(np.float64))
-    return np.where(count > 0, sums(np.where(known, values, 0.0)) / np.maximum(count, 1.0), np.nan)
+def _strange(light: Floats, sigma2: Floats) -> Mask:
+    """``(frames,)``: whether several values of a frame are far from those around, and not by the lamp; none if they are many."""
+    per_frame, filled = light.shape[1], _filled(light)
+    half = _AROUND // 2
+    padded = np.pad(filled, ((half, half), (0, 0)), mode="reflect")
+    around = np.sort(np.lib.stride_tricks.sliding_window_view(padded, _AROUND, axis=0), axis=-1)[..., half]
+    off2 = (filled - around) ** 2 / sigma2
+    strange = np.count_nonzero((off2 > _FAR) & ~opposed(light), axis=1) > per_frame // 3
+    for frame in np.flatnonzero(strange):
+        scale = float(filled[frame].sum() / around[frame].sum()) if around[frame].sum() > 0 else 1.0
+        left = (filled[frame] - scale * around[frame]) ** 2 / (sigma2[frame] * max(scale, 1.0) ** 2)
+        strange[frame] = left.sum() > _PROPORTIONAL
+    if np.count_nonzero(strange) > _FEW:
+        strange[:] = False
+    return np.asarray(strange, bool)

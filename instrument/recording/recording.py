@@ -171,15 +171,40 @@ class Recording:
 
     def first(self, frames: int) -> Self:
         """Give the same run, ended after so many frames."""
+        return self._cut(slice(0, frames))
+
+    def part(self, first: int, end: int) -> Self:
+        """Give some frames of a run as a run of its own, whose first frame is the first of them.
+
+        Where its Hadamard patterns are used, ``first`` must be a frame that shows the first of them: a multiple of the pattern
+        pixels of the field, after which they repeat. The stage's log is left out.
+
+        Args:
+            first: first frame.
+            end: frame after the last one.
+
+        Raises:
+            InputError: there are no such frames.
+        """
+        if not 0 <= first < end <= len(self):
+            raise InputError(
+                saw=f"frames {first} to {end}",
+                expected=f"frames from 0 on, before {len(self)}",
+                remedy="ask for frames that the recording has",
+            )
+        timing = None if self.timing is None else self.timing.part(first, end)
+        return replace(self._cut(slice(first, end)), timing=timing, stage=self.stage if first == 0 else None)
+
+    def _cut(self, rows: slice) -> Self:
         truth = self.truth
         if truth is not None:
-            truth = replace(truth, displacement_px=truth.displacement_px[:frames])
+            truth = replace(truth, displacement_px=truth.displacement_px[rows])
         return replace(
             self,
-            values=self.values[:frames],
-            frame_valid=self.frame_valid[:frames],
-            edge_time_s=None if self.edge_time_s is None else self.edge_time_s[:frames],
-            background=None if self.background is None else self.background[:frames],
+            values=self.values[rows],
+            frame_valid=self.frame_valid[rows],
+            edge_time_s=None if self.edge_time_s is None else self.edge_time_s[rows],
+            background=None if self.background is None else self.background[rows],
             truth=truth,
         )
 

@@ -1,6 +1,6 @@
 """What the timing audit of a run found: the value, as acquisition makes it and the recording keeps it."""
 
-from typing import Literal, TypeAlias
+from typing import Literal, Self, TypeAlias
 
 from pydantic import NonNegativeInt, PositiveFloat
 
@@ -75,3 +75,31 @@ class TimingReport(Frozen):
 
     notes: tuple[str, ...] = ()
     """What a person should know."""
+
+    def part(self, first: int, end: int) -> Self:
+        """Give what is said of some frames, counted from the first of them; what is said of the whole run stays as it is.
+
+        Args:
+            first: first frame.
+            end: frame after the last one.
+        """
+        frames = max(1, self.frames)
+        per_frame = max(1, round(self.patterns_recorded / frames))
+        low, high = first * per_frame, end * per_frame
+
+        def inside(patterns: tuple[int, ...]) -> tuple[int, ...]:
+            return tuple(pattern - low for pattern in patterns if low <= pattern < high)
+
+        return self.model_copy(
+            update={
+                "gaps": inside(self.gaps),
+                "doubles": inside(self.doubles),
+                "irregular": inside(self.irregular),
+                "slipped": tuple(
+                    (max(start, first) - first, min(stop, end) - first, by)
+                    for start, stop, by in self.slipped
+                    if start < end and stop > first
+                ),
+                "frames": end - first,
+            }
+        )

@@ -10,7 +10,7 @@ from instrument.storage.json_text import json_text
 from instrument.storage.keeper import Keeper
 from instrument.storage.made_in_time import made_in_time
 from instrument.storage.part import remains_of
-from instrument.storage.place import refuse_existing, refuse_full_disk
+from instrument.storage.place import needed_on_disk, refuse_existing, refuse_full_disk
 from instrument.storage.provenance import program
 from instrument.storage.reader import RawCounts, open_recording, raw_counts
 from instrument.storage.recover import Recovered, recover
@@ -32,6 +32,7 @@ __all__ = [
     "hdf5_has_failed",
     "json_text",
     "made_in_time",
+    "needed_on_disk",
     "open_recording",
     "program",
     "put_back",

@@ -45,8 +45,14 @@ class Checksums:
         self._crc = self._count = 0
 
 
-def changed_frames(rows: Floats, checksums: NDArray[Any]) -> str:
-    """Hold ``(frames, patterns)`` against their checksums, and say which frames differ; empty where none does."""
+def changed_frames(rows: Floats, checksums: NDArray[Any], first_frame: int = 0) -> str:
+    """Hold ``(frames, patterns)`` against their checksums, and say which frames differ; empty where none does.
+
+    Args:
+        rows: numbers of successive frames.
+        checksums: of each hundred of them.
+        first_frame: number of the first one in the run.
+    """
     sums = Checksums(rows.shape[1])
     sums.add(rows.ravel())
     found = sums.finished()
@@ -56,6 +62,7 @@ def changed_frames(rows: Floats, checksums: NDArray[Any]) -> str:
     if not len(wrong):
         return ""
     first = int(wrong[0]) * FRAMES_A_BLOCK
-    last = min(first + FRAMES_A_BLOCK, len(rows)) - 1
+    last = first_frame + min(first + FRAMES_A_BLOCK, len(rows)) - 1
+    first += first_frame
     more = f" (and {len(wrong) - 1} more such blocks)" if len(wrong) > 1 else ""
     return f"frames {first} to {last}{more}"

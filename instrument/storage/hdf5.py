@@ -161,6 +161,16 @@ class Group:
         with reading(dataset.name):
             return cast("NDArray[Any]", dataset[:rows])
 
+    def part(self, name: str, first: int, end: int) -> NDArray[Any]:
+        """The rows ``first`` to ``end`` of a dataset of numbers, and no others are read.
+
+        Raises:
+            OSError, WrongItem: as ``array``.
+        """
+        dataset = self._sound(name)
+        with reading(dataset.name):
+            return cast("NDArray[Any]", dataset[first:end])
+
     def shape(self, name: str) -> tuple[int, ...]:
         """The shape of a dataset of numbers, without reading it.
 

@@ -48,13 +48,18 @@ def refuse_existing(path: Path, *, overwrite: bool = False) -> None:
         raise cannot_be_written(path, "another program has it open")
 
 
+def needed_on_disk(patterns: int) -> int:
+    """Give the bytes of a recording, and of its copy when an analysis is stored."""
+    return 2 * patterns * _BYTES_A_PATTERN + _BYTES_BESIDE
+
+
 def refuse_full_disk(path: Path, patterns: int) -> None:
     """Make sure that there is room for a recording: HDF5 gives up without grace on a full disk.
 
     Raises:
         InputError: there is less than the recording, and its copy when an analysis is stored, take.
     """
-    needed = 2 * patterns * _BYTES_A_PATTERN + _BYTES_BESIDE
+    needed = needed_on_disk(patterns)
     free = min(shutil.disk_usage(path.resolve().parent).free, longest_file())
     if free < needed:
         raise InputError(

@@ -14,7 +14,7 @@ from instrument.config import NOTHING_KNOWN, Calibration, LightTable
 from instrument.plan import Plan
 from instrument.recording import STAGE_COLUMNS, Recording, StageLog, TimingReport
 from instrument.storage import layout
-from instrument.storage.checksum import changed_frames
+from instrument.storage.checksum import FRAMES_A_BLOCK, changed_frames
 from instrument.storage.hdf5 import Group
 from instrument.storage.hdf5_file import InUse, is_hdf5, open_to_read
 from instrument.storage.in_use import has_ended, in_use
@@ -26,19 +26,52 @@ from protocols import Floats, InputError, Mask, Truth
 from protocols.plain_file import path_of
 
 
-def open_recording(path: str | Path) -> Recording:
-    """Read a recording. A run that broke, or whose program was killed, is a shorter one with a mask.
+def open_recording(path: str | Path, frames: tuple[int, int] | None = None) -> Recording:
+    """Read a recording, or some of its frames. A run that broke, or whose program was killed, is a shorter one with a mask.
 
     A file from anywhere can be given: whatever is in it, the answer is a recording or an ``InputError``. Links out of the file
     are never followed, and no more memory is taken than the file really fills.
 
+    Args:
+        path: of the file.
+        frames: first frame, and the one after the last, that are read and given, as ``Recording.part`` gives them; None for all.
+            Of a file that was closed no others are read. Checksums are of a hundred frames: those that lie inside are looked at.
+
     Raises:
         InputError: no such file, no HDF5, no recording, of a later layout, truncated, damaged, changed after the run, or open
-            for writing in another program: says which, and the path inside the file.
+            for writing in another program: says which, and the path inside the file; or it has no such frames.
     """
     path = path_of(path)
     with opened_recording(path) as entry:
-        return _recording(path, entry)
+        if frames is not None and has_ended(entry):
+            return _recording(path, entry, _some(path, entry, *frames))
+        recording = _recording(path, entry)
+    return recording if frames is None else recording.part(*frames)
+
+
+@dataclass(frozen=True)
+class _Some:
+    """Some frames of a recording."""
+
+    first: int
+    """First frame."""
+
+    end: int
+    """Frame after the last one."""
+
+    every: int
+    """Number of all frames."""
+
+
+def _some(path: Path, entry: Group, first: int, end: int) -> _Some:
+    every = entry.shape(layout.VALUES)[0]
+    if not 0 <= first < end <= every:
+        raise InputError(
+            saw=f"frames {first} to {end} of {path}",
+            expected=f"frames from 0 on, before {every}",
+            remedy="ask for frames that the recording has",
+        )
+    return _Some(first, end, every)
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,17 +154,19 @@ def _entry(path: Path, file: Group) -> Group:
     return entry
 
 
-def _recording(path: Path, entry: Group) -> Recording:
+def _recording(path: Path, entry: Group, some: _Some | None = None) -> Recording:
     plan = plan_of(path, entry)
-    values = _floats(entry, layout.VALUES)
+    values = _floats(entry, layout.VALUES, some)
     refuse_narrow_values(path, values.shape, plan)
-    edge_time_s = _edge_time_s(path, entry, values)
-    _refuse_changed(path, entry, values, edge_time_s)
-    _refuse_torn(path, entry, values, edge_time_s)
+    edge_time_s = _edge_time_s(path, entry, values, some)
+    _refuse_changed(path, entry, values, edge_time_s, some)
+    if some is None:
+        _refuse_torn(path, entry, values, edge_time_s)
+    timing = timing_of(entry)
     return Recording(
         plan=plan,
         values=values,
-        frame_valid=_frame_valid(path, entry, values),
+        frame_valid=_frame_valid(path, entry, values, some),
         picture_time_s=_at_least(path, entry, layout.PICTURE_TIME_S, "more than 0 s", np.nextafter(0.0, 1.0)),
         edge_time_s=edge_time_s if np.isfinite(edge_time_s).any() else None,
         photon_counts=bool(_at_least(path, entry, layout.PHOTON_COUNTS, "0 or 1")),
@@ -139,9 +174,9 @@ def _recording(path: Path, entry: Group) -> Recording:
         dark_rate_hz=_at_least(path, entry, layout.DARK_RATE_HZ, "0 Hz or more"),
         light=_light(entry),
         calibration=_calibration(entry),
-        stage=_stage(entry),
-        truth=_truth(path, entry, plan, len(values)),
-        timing=timing_of(entry),
+        stage=_stage(entry) if some is None or some.first == 0 else None,
+        truth=_truth(path, entry, plan, len(values), some),
+        timing=timing if timing is None or some is None else timing.part(some.first, some.end),
         path=path,
     )
 
@@ -221,7 +256,7 @@ def refuse_other_mask(path: Path, shape: tuple[int, ...], frames: int) -> None:
         raise unusable(path, saw, "repeat the run")
 
 
-def _frame_valid(path: Path, entry: Group, values: Floats) -> Mask:
+def _frame_valid(path: Path, entry: Group, values: Floats, some: _Some | None) -> Mask:
     """The mask of the audit; where there was none, the frames in which every pattern has a value."""
     measured = layout.measured_frames(values)
     if layout.FRAME_VALID not in entry:  # layout 1.0
@@ -229,21 +264,22 @@ def _frame_valid(path: Path, entry: Group, values: Floats) -> Mask:
     valid = entry.array(layout.FRAME_VALID).astype(bool)
     if not valid.size:  # not finished yet, or never
         return measured
-    refuse_other_mask(path, valid.shape, len(measured))
-    return valid
+    refuse_other_mask(path, valid.shape, len(measured) if some is None else some.every)
+    return valid if some is None else valid[some.first : some.end]
 
 
-def _edge_time_s(path: Path, entry: Group, values: Floats) -> Floats:
+def _edge_time_s(path: Path, entry: Group, values: Floats, some: _Some | None) -> Floats:
     """As ``values``; a run that was killed has edges of more frames, as they are written first."""
-    edges = _floats(entry, layout.EDGE_TIME_S)
+    edges = _floats(entry, layout.EDGE_TIME_S, some)
     if edges.ndim != 2 or edges.shape[1] != values.shape[1] or len(edges) < len(values):
         saw = f"edge times of shape {edges.shape} for values of shape {values.shape} at /entry/{layout.EDGE_TIME_S}"
         raise unusable(path, saw, "repeat the run")
     return edges[: len(values)]
 
 
-def _refuse_changed(path: Path, entry: Group, values: Floats, edge_time_s: Floats) -> None:
+def _refuse_changed(path: Path, entry: Group, values: Floats, edge_time_s: Floats, some: _Some | None) -> None:
     """Hold the numbers against their checksums, which the writer made of what the counter gave it."""
+    first, whole = (0, slice(None)) if some is None else _whole_blocks(some)
     for name, what, rows in (
         (layout.CHECKSUM_VALUES, "values", values),
         (layout.CHECKSUM_EDGES, "edge times", edge_time_s),
@@ -253,13 +289,22 @@ def _refuse_changed(path: Path, entry: Group, values: Floats, edge_time_s: Float
         checksums = entry.array(name)
         if not checksums.size:  # not finished yet, or never
             continue
-        changed = changed_frames(rows, checksums)
+        if some is not None:
+            checksums = checksums[first // FRAMES_A_BLOCK :][: -(-len(rows[whole]) // FRAMES_A_BLOCK)]
+        changed = changed_frames(rows[whole], checksums, first)
         if changed:
             raise unusable(
                 path,
                 f"{what} of {changed} that were changed after the run",
                 "take the file from a backup; to use the numbers as they are, remove /entry/checksum from the file",
             )
+
+
+def _whole_blocks(some: _Some) -> tuple[int, slice]:
+    """Give the first frame of the first block of frames with a checksum that lies inside, and which rows have one."""
+    first = -(-some.first // FRAMES_A_BLOCK) * FRAMES_A_BLOCK
+    end = some.end if some.end == some.every else some.end // FRAMES_A_BLOCK * FRAMES_A_BLOCK
+    return first, slice(first - some.first, max(first, end) - some.first)
 
 
 def _refuse_torn(path: Path, entry: Group, values: Floats, edge_time_s: Floats) -> None:
@@ -303,8 +348,9 @@ def _at_least(path: Path, entry: Group, name: str, expected: str, least: float =
     return value
 
 
-def _floats(entry: Group, name: str) -> Floats:
-    return entry.array(name).astype(np.float64, copy=False)
+def _floats(entry: Group, name: str, some: _Some | None = None) -> Floats:
+    numbers = entry.array(name) if some is None else entry.part(name, some.first, some.end)
+    return numbers.astype(np.float64, copy=False)
 
 
 def timing_of(entry: Group) -> TimingReport | None:
@@ -317,10 +363,10 @@ def timing_of(entry: Group) -> TimingReport | None:
         return None
 
 
-def _truth(path: Path, entry: Group, plan: Plan, frames: int) -> Truth | None:
+def _truth(path: Path, entry: Group, plan: Plan, frames: int, some: _Some | None) -> Truth | None:
     if layout.TRUTH_IMAGE not in entry:
         return None
-    displacement_px = _floats(entry, layout.TRUTH_DISPLACEMENT_PX)
+    displacement_px = _floats(entry, layout.TRUTH_DISPLACEMENT_PX, some)
     if not displacement_px.size:  # not finished yet, or never
         return None
     image = _floats(entry, layout.TRUTH_IMAGE)

@@ -152,7 +152,7 @@ def _join(path: Path, entry: Group, names: Sequence[str], records: Sequence[Reco
 
 def _with(path: Path, name: str, numbers: Floats, records: Sequence[Record]) -> Floats:
     """The numbers of a dataset, with those of the records over and behind them."""
-    mine = [record for record in records if record.what == name]
+    mine = sorted((record for record in records if record.what == name), key=lambda record: record.first)
     end = len(numbers)
     for record in mine:
         if record.first > end:

@@ -11,7 +11,7 @@ from instrument.storage.hdf5 import Group
 from instrument.storage.json_text import json_text
 from instrument.storage.provenance import PROGRAM, now, program_version
 from instrument.storage.reader import open_recording
-from protocols import Floats
+from protocols import Floats, Integers
 
 
 def write_analysis(
@@ -27,6 +27,8 @@ def write_analysis(
     displacement_mm: Floats | None = None,
     sigma_mm: Floats | None = None,
     still: Floats | None = None,
+    window_images: Floats | None = None,
+    window_frames: Integers | None = None,
     table: Mapping[str, Any] | None = None,
     settings: Mapping[str, Any] | None = None,
     into: str | Path | None = None,
@@ -50,6 +52,8 @@ def write_analysis(
         displacement_mm: ``(frames, 2)`` along the stage's axis and across it, relative to frame 0; None without a calibration.
         sigma_mm: ``(frames, 2)`` standard uncertainty of ``displacement_mm``.
         still: ``(rows, columns)`` image of what stands still, likewise; None where none was found.
+        window_images: ``(n, rows, columns)`` an image like ``image`` for each of some windows of the run; None for none.
+        window_frames: ``(n, 2)`` first frame of each window, and the frame after its last one.
         table: figures to print, by name; stored as JSON.
         settings: how the analysis was done; stored as JSON.
         into: a new file, to leave the recording as it is: a copy with the analysis goes there. None writes into the recording.
@@ -73,7 +77,7 @@ def write_analysis(
             raise ValueError(f"{name} of shape {rows.shape} for {frames} frames")
     if image is not None and image.ndim != 2:
         raise ValueError(f"an image of shape {image.shape}")
-    arrays = [array for array in (*paths.values(), image) if array is not None]
+    arrays = [array for array in (*paths.values(), image, window_images) if array is not None]
     texts = json_text(table or {}), json_text(settings or {})
     sides = () if image is None else image.shape
     more_bytes = 8 * (sum(array.size for array in arrays) + sum(sides)) + sum(len(text) for text in texts)
@@ -106,11 +110,21 @@ def write_analysis(
             picture = analysis.group("image", "NXdata", signal="image", axes=["y_px", "x_px"])
             picture.add("image", image, long_name="image at frame 0")
             _add_axes(picture, image, size)
+        if window_images is not None and window_frames is not None:
+            _add_windows(analysis, window_images, window_frames, size)
         if still is not None:
             picture = analysis.group("background", "NXdata", signal="background", axes=["y_px", "x_px"])
             picture.add("background", still, long_name="image of what stands still")
             _add_axes(picture, still, size)
         entry.set_attributes(default="analysis")
+
+
+def _add_windows(analysis: Group, images: Floats, frames: Integers, size: int) -> None:
+    """Give the image of each window, and which frames it is from."""
+    pictures = analysis.group("windows", "NXdata", signal="image", axes=[".", "y_px", "x_px"])
+    pictures.add("image", images, long_name="image at frame 0, from the frames of each window")
+    pictures.add("frames", frames, long_name="first frame of each window, and the one after its last")
+    _add_axes(pictures, images[0], size)
 
 
 def _add_axes(picture: Group, image: Floats, size: int) -> None:

@@ -7,15 +7,19 @@ from instrument.tracking.start import with_start
 from instrument.tracking.streaming import StreamingTracker
 from instrument.tracking.track import track
 from instrument.tracking.trajectory import Trajectory, as_trajectory
+from instrument.tracking.windows import JoinedPath, Window, windows_of
 
 __all__ = [
+    "JoinedPath",
     "MotionFit",
     "PathCovariance",
     "Quantity",
     "StreamingTracker",
     "TrackingMethod",
     "Trajectory",
+    "Window",
     "as_trajectory",
     "track",
+    "windows_of",
     "with_start",
 ]

@@ -40,6 +40,7 @@ from .terminal import timing_table as timing_table
 from .terminal import warn as warn
 from .terminal import warned as warned
 from .trace import Trace as Trace
+from .window_film import write_window_film as write_window_film
 
 __all__ = [
     "ERR",
@@ -84,4 +85,5 @@ __all__ = [
     "write_film",
     "write_pictures",
     "write_study_pictures",
+    "write_window_film",
 ]

@@ -65,7 +65,7 @@ def write_film(
     picture = _Picture(analysis.image, found.displacement_px * grid, found, _still(analysis, grid))
     part = path.with_name(f".{path.stem}.part{path.suffix}")
     try:
-        with _writer(path) as writer, writer.saving(picture.figure, str(part), _DPI):
+        with film_writer(path) as writer, writer.saving(picture.figure, str(part), _DPI):
             for done, stage in enumerate(_with_first(first, stages), start=1):
                 picture.show(stage)
                 for _ in range(_HELD if stage.frames == len(found) else 1):
@@ -135,8 +135,8 @@ def _with_first(first: Stage, others: Generator[Stage]) -> Generator[Stage]:
 
 
 @contextmanager
-def _writer(path: Path) -> Generator[Any]:
-    """Give matplotlib's writer for the kind of file."""
+def film_writer(path: Path) -> Generator[Any]:
+    """Give matplotlib's writer for the kind of file, 15 pictures a second."""
     if path.suffix.lower() == ".gif":
         yield PillowWriter(fps=_PICTURES_A_SECOND)
         return

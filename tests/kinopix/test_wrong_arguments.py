@@ -1,5 +1,6 @@
 """What a script passes by mistake is answered in a sentence that says what to pass, never by an error from within."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ NAMES: list[Any] = [None, 3, b"run.h5", "a\0b.h5", "x" * 300, "/".join(["folder"
 
 @pytest.mark.parametrize("name", NAMES, ids=["none", "number", "bytes", "NUL", "long", "deep"])
 def test_what_cannot_be_the_name_of_a_file_is_refused_wherever_one_is_asked_for(tmp_path: Path, name: Any) -> None:
-    asked = [kinopix.open_recording, Plan.from_toml, Instrument.from_toml]
+    asked: list[Callable[[Any], object]] = [kinopix.open_recording, Plan.from_toml, Instrument.from_toml]
     for ask in asked:
         with pytest.raises(InputError, match="the name of a file"):
             ask(name)

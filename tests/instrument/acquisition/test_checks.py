@@ -55,6 +55,8 @@ def test_the_standard_plan_is_good_and_says_its_figures() -> None:
     checks = checked(Plan(frames=1666, motion=MotionPlan(velocity_mm_s=25)))
     assert {check.outcome for check in checks.values()} == {"good"}
     assert checks["run length"].message == "1666 frames, 9996 patterns, 0.4998 s"
+    # Twice 32 bytes a pattern (value and edge time, and both as they arrived), and 1 MiB beside.
+    assert checks["disk"].message == "1.7 MB, with a copy while an analysis is stored"
     assert checks["field"].message == "256 x 256 of 1024 x 768 mirrors"
     # 6.25 mm of ramp on both sides of 25 mm/s x (0.2 + 0.4998) s
     assert checks["stage"].message == "0 mm to 29.995 mm, travel 0 to 400 mm; run-up 0.6 s"

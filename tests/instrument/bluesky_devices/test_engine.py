@@ -1,5 +1,6 @@
 """A bench in a real RunEngine: documents, files through them, pauses and aborts at known moments, and other devices beside it."""
 
+import asyncio
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
@@ -81,12 +82,15 @@ def test_a_scan_over_five_speeds_is_told_in_valid_documents_that_lead_to_the_fil
     for datum in named(documents, "stream_datum"):
         resource = resources[datum["stream_resource"]]
         assert datum["indices"] == {"start": 0, "stop": 30}
+        assert resource["parameters"]["chunk_shape"] == ([30, 6] if resource["data_key"] == "kinopix-values" else [30])
         assert datum["seq_nums"] == {"start": 1, "stop": 31}
         recording = recording_of(resource)  # type: ignore[arg-type]
         start = next(start for start in starts if start["uid"] == resource["run_start"])
         assert recording.plan == Plan.model_validate(start["kinopix_plan"])
         assert recording.path is not None
         rows = array(recording.path, resource["parameters"]["dataset"])[:30]
+        (key,) = {d["data_keys"][resource["data_key"]]["dtype_numpy"] for d in named(documents, "descriptor")}
+        assert rows.dtype == np.dtype(key)
         expected = recording.values if resource["data_key"] == "kinopix-values" else recording.frame_valid
         np.testing.assert_array_equal(rows, expected)
     assert sorted(path.name for path in (tmp_path / "runs").iterdir()) == [f"kinopix-000{k}.h5" for k in range(1, 6)]
@@ -185,6 +189,19 @@ def test_a_run_that_fails_fails_its_plan_and_tells_of_what_is_kept(
     assert stop["exit_status"] == "fail"
     assert stop["num_events"]["primary"] > 0
     assert_safe(real_time_bench)
+
+
+@pytest.mark.parametrize(("options", "well"), [({}, True), ({"success": False}, False)])
+def test_a_run_that_is_stopped_says_whether_that_was_well(
+    real_time_bench: Instrument, tmp_path: Path, *, options: dict[str, bool], well: bool
+) -> None:
+    detector = KinopixDetector(real_time_bench, tmp_path)
+    detector.prepare(LONG).wait()
+    detector.kickoff().wait()
+    complete = detector.complete()
+    asyncio.run(detector.stop(**options))
+    assert_safe(real_time_bench)
+    assert (complete.exception(5.0) is None) == well
 
 
 def test_a_plan_that_the_bench_cannot_carry_out_is_refused_before_anything_moves(

@@ -138,3 +138,36 @@ def test_a_timing_report_of_impossible_figures_is_refused(change: dict[str, obje
     assert TimingReport.model_validate(figures).frames == 0
     with pytest.raises(ValidationError):
         TimingReport.model_validate(figures | change)
+
+
+def test_a_part_tells_of_its_own_patterns_and_frames() -> None:
+    """Of 4 frames of 6 patterns the last two: patterns 12 to 23, counted from 12."""
+    report = TimingReport(
+        verdict="flagged",
+        patterns_expected=24,
+        patterns_recorded=24,
+        bins_received=24,
+        edges_seen=None,
+        surplus_edges=None,
+        picture_time_s=1 / 8192,
+        mean_period_s=None,
+        jitter_s=None,
+        largest_deviation_s=None,
+        clock_offset_ppm=None,
+        gaps=(11, 12, 23),
+        doubles=(3,),
+        irregular=(17,),
+        slipped=((0, 1, 1), (1, 3, -1), (3, 4, 2)),
+        frames=4,
+    )
+    part = replace(_recording(), timing=report).part(2, 4)
+    assert part.values[:, 0].tolist() == [12.0, 18.0]
+    assert part.frame_valid.tolist() == [True, True]
+    assert part.timing is not None
+    assert (part.timing.gaps, part.timing.doubles, part.timing.irregular) == ((0, 11), (), (5,))
+    assert part.timing.slipped == ((0, 1, -1), (1, 2, 2))
+    assert part.timing.frames == 2
+    assert part.background is not None
+    assert part.background[0, 0] == -12.0
+    with pytest.raises(InputError, match="frames 2 to 5"):
+        _recording().part(2, 5)

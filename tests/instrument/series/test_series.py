@@ -200,17 +200,19 @@ def test_the_command_prints_one_table_and_tells_of_failures_by_its_exit_code(
 ) -> None:
     options = ["--tracking", "smooth", "--method", "dgi", "--workers", "1"]
     table, pictures = tmp_path / "table.csv", tmp_path / "pictures"
-    assert status(["analyse", str(runs), *options, "--table", str(table), "--pictures", str(pictures)]) == 2
+    assert status(["analyse", str(runs / "later"), *options, "--pictures", str(pictures)]) == 0
+    assert f"written {pictures}/fast-summary.png" in capsys.readouterr().out.replace("\n", "")
+    assert (pictures / "fast-summary.png").is_file()
+    assert status(["analyse", str(runs), *options, "--table", str(table)]) == 2
     told = capsys.readouterr()
     assert "1 of 4 recordings that could not be analysed" in told.err
     assert f"{runs}/none.h5: saw something else" in told.err.replace("\n", "")
     assert [line.split()[:2] for line in told.out.splitlines() if ".h5" in line] == [
-        ["fast.h5", "analysed"],
+        ["fast.h5", "kept"],
         ["middle.h5", "analysed"],
         ["none.h5", "failed"],
         ["slow.h5", "analysed"],
     ]
-    assert (pictures / "slow-summary.png").is_file()
     assert len(table.read_text().splitlines()) == 5
 
     assert status(["analyse", str(runs / "slow.h5"), str(runs / "middle.h5"), *options, "--json"]) == 0

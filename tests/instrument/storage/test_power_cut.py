@@ -11,7 +11,7 @@ from instrument.plan import Plan
 from instrument.storage import Keeper, RecordingWriter, open_recording, raw_counts, recover
 from instrument.storage.journal import Journal
 from instrument.storage.left_open import LeftOpen, lookup3
-from instrument.storage.spill import read_spill
+from instrument.storage.spill import Record, read_spill, write_spill
 from protocols import CountBlock, Floats, InputError, Truth
 from tests.support import plain_hdf5 as plain
 
@@ -70,6 +70,22 @@ def test_a_recording_that_is_nothing_but_zeros_is_made_anew_from_its_journal(cut
     assert recording.plan == PLAN
     assert plain.attribute(cut, "entry", "complete") == 0
     assert [file.name for file in cut.parent.iterdir()] == ["run.h5"]
+
+
+@pytest.mark.parametrize("name", ["run.h5.00000000.spill", "run.h5.ffffffff.spill"])
+def test_counts_that_were_spilled_are_joined_with_the_journal_whichever_is_found_first(cut: Path, name: str) -> None:
+    """Their names are drawn, and files are found by name."""
+    spill = cut.with_name(name)
+    more = (("raw_edge_time_s", EDGES), ("raw_counts", VALUES))
+    records = [Record(f"instrument/counter/{what}", 300, numbers[300:360]) for what, numbers in more]
+    more = (("edge_time_s", EDGES), ("values", VALUES))
+    records += [Record(f"data/{what}", 300, numbers[300:360]) for what, numbers in more]
+    write_spill(spill, read_spill(journal_of(cut)).run, records)
+    done = recover(cut)
+    assert done is not None
+    assert done.patterns == 360
+    np.testing.assert_array_equal(open_recording(cut).values.ravel(), VALUES[:360])
+    np.testing.assert_array_equal(raw_counts(cut).edge_time_s, EDGES[:360])
 
 
 def test_zeros_in_the_place_of_counts_are_not_read_as_counts(cut: Path) -> None:
