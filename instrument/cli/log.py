@@ -8,7 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Final
 
-_LOGGERS: Final = ("kinopix", "drivers", "sim_backends", "instrument")
+_LOGGERS: Final = ("kinopix", "drivers", "sim_backends", "instrument", "uvicorn")
 FORMAT: Final = "%(asctime)s.%(msecs)03dZ %(levelname)s %(name)s: %(message)s"
 
 
