@@ -127,7 +127,9 @@ def test_an_image_is_drawn_in_px_of_the_field_with_a_bar(px_per_mm: float | None
     (bar,) = axes.get_lines()
     left, right = np.asarray(bar.get_xdata()).tolist()
     assert right - left == pytest.approx(length_px)
-    assert [text.get_text() for text in axes.texts] == [words]
+    (label,) = axes.texts
+    assert label.get_text() == words
+    assert label.get_position()[0] == pytest.approx((left + right) / 2)
 
 
 def test_the_cross_is_explained() -> None:
