@@ -116,7 +116,7 @@ class Viewer:
             return
         first, self._points = self._points, len(path.points)
         body = path_body(first, path.points[first:])
-        await send_bytes(self._frame(PATH, self._generation, body, 0.0))
+        await send_bytes(self._frame(PATH, path.generation, body, 0.0))
 
     def _frame(self, kind: int, sequence: int, body: bytes, made_s: float) -> bytes:
         return frame(kind, sequence, body, skipped=self.skipped, sent_s=time.time(), made_s=made_s)

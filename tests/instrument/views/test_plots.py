@@ -2,6 +2,7 @@
 # matplotlib leaves much of its types open.
 """What is drawn: the numbers in the lines, bands, images and bars, read back from the figure."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -245,6 +246,19 @@ def test_each_scheme_fills_the_panels_and_pictures_that_it_can(
     assert [path.name for path in written] == [f"run-{name}.png" for name in pictures]
     with Image.open(written[0]) as picture:
         assert np.asarray(picture.convert("L")).std() > 10, "an empty picture"
+
+
+def test_where_no_uncertainty_is_stated_no_band_is_drawn() -> None:
+    """The numbers of a path of few frames are there, and not to be believed."""
+    stated = analysed("fourier-hadamard", truth=False)
+    unsure = replace(stated, figures=stated.figures.model_copy(update={"sigma_px": None}))
+    assert stated.trajectory is not None
+    assert np.isfinite(stated.trajectory.sigma_px).any()
+    assert len(summary_figure(stated).axes) == 4
+    assert len(summary_figure(unsure).axes) == 3
+    assert not any(axes.collections for axes in summary_figure(unsure).axes)
+    assert "polygon" in stated._repr_html_()  # pyright: ignore[reportPrivateUsage] - as a notebook asks for it
+    assert "polygon" not in unsure._repr_html_()  # pyright: ignore[reportPrivateUsage]
 
 
 def test_an_object_at_rest_is_not_said_to_have_moved() -> None:
