@@ -160,6 +160,14 @@ def test_a_path_has_bands_of_its_own_uncertainty_and_what_a_parabola_leaves_of_i
     assert np.abs(band_y[:, 1]).max() == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize("frames", [1, 2, 3])
+def test_of_a_few_frames_a_parabola_leaves_nothing(frames: int) -> None:
+    time_s = np.arange(float(frames))
+    path = np.stack([1 + time_s**2, time_s], axis=1)
+    below = trajectory_figure(time_s, path, None, sigma_px=np.ones((frames, 2))).axes[1]
+    assert max(np.abs(np.asarray(line.get_ydata(), np.float64)).max() for line in below.get_lines()[:2]) < 1e-9
+
+
 def test_a_calibrated_path_has_a_scale_in_mm() -> None:
     figure = trajectory_figure(TIME_S, PATH_PX, None, px_per_mm=10.0)
     pixels, millimetres = figure.axes
