@@ -67,11 +67,10 @@ class Analysis:
         rows = self.figures.rows() | {f"doubt {k}": text for k, text in enumerate(self.figures.doubts, 1)}
         path = self.trajectory
         image = "" if self.image is None else grey(self.image, "the reconstructed image")
-        drawn = (
-            ""
-            if path is None
-            else curves(path.time_s, path.displacement_px, path.sigma_px, "displacement x, y", "px; x blue, y orange")
-        )
+        drawn = ""
+        if path is not None:
+            sigma_px = None if self.figures.sigma_px is None else path.sigma_px
+            drawn = curves(path.time_s, path.displacement_px, sigma_px, "displacement x, y", "px; x blue, y orange")
         return card("Analysis", rows, image, drawn)
 
     @staticmethod

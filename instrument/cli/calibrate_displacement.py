@@ -138,8 +138,8 @@ def _of_run(path: Path) -> "DisplacementSection":
 def _tell(config: "BenchConfig", section: "DisplacementSection", path: Path, *, as_json: bool) -> None:
     from instrument.views import OUT, displacement_figures, displacement_table
 
-    if as_json:
-        print_json({"calibration": str(path), **displacement_figures(section)})
-    else:
+    if not as_json:
         OUT.print(displacement_table(section))
     say_written(config, path, as_json=as_json)
+    if as_json:
+        print_json({"calibration": str(path), **displacement_figures(section)})

@@ -4,16 +4,17 @@ import logging
 import shlex
 import sys
 import time
+from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Final
 
-_LOGGERS: Final = ("kinopix", "drivers", "sim_backends", "instrument")
+_LOGGERS: Final = ("kinopix", "drivers", "sim_backends", "instrument", "uvicorn")
 FORMAT: Final = "%(asctime)s.%(msecs)03dZ %(levelname)s %(name)s: %(message)s"
 
 
-def begin_log(path: Path | None, *, verbose: bool) -> None:
-    """Append to a log from now on, or to standard error where ``verbose`` alone is asked for.
+def begin_log(path: Path | None, arguments: Sequence[str] | None, *, verbose: bool) -> None:
+    """Append to a log from now on, or to standard error where ``verbose`` alone is asked for; begin with the command's arguments.
 
     Times are UTC. What comes many times a second (blocks of counts, images), and the lines of libraries below warnings, are
     logged where ``verbose``.
@@ -39,7 +40,7 @@ def begin_log(path: Path | None, *, verbose: bool) -> None:
         logger.setLevel(logging.DEBUG if verbose else logging.INFO)
         logger.propagate = False
         logger.addHandler(handler)
-    logging.getLogger(_LOGGERS[0]).info("kinopix %s: %s", version("kinopix"), shlex.join(sys.argv[1:]))
+    logging.getLogger(_LOGGERS[0]).info("kinopix %s: %s", version("kinopix"), shlex.join(arguments or ()))
 
 
 def end_log(code: int | None) -> None:

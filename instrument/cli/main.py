@@ -108,6 +108,7 @@ def _print_version(asked: bool) -> None:
 
 @app.callback()
 def root(
+    context: typer.Context,
     _version: Annotated[
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and end.")
     ] = False,
@@ -123,7 +124,7 @@ def root(
     if log is not None or verbose:
         from instrument.cli.log import begin_log
 
-        begin_log(log, verbose=verbose)
+        begin_log(log, context.obj, verbose=verbose)
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -197,7 +198,7 @@ def _end_log(code: int | None) -> None:
 def _status(arguments: list[str], interrupts: Interrupts | None) -> int:
     try:
         _refuse_bytes(arguments)
-        app(arguments)
+        app(arguments, obj=arguments)  # for the log
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else int(end.code is not None)
     except Exception as error:

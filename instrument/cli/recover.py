@@ -23,6 +23,8 @@ def recover_file(
     from instrument.views import say, warn
 
     done = recover(file, spill=spill, into=out)
+    if done is not None and done.lost_bytes:
+        warn(f"{done.lost_bytes} bytes at the end of the spill file are no whole record, and are left out")
     if as_json:
         print_json(
             {
@@ -38,5 +40,3 @@ def recover_file(
     else:
         joined = f", {done.joined} of them from {', '.join(map(str, done.spills))}" if done.spills else ""
         say(f"{done.patterns} patterns are in {done.path}{joined}")
-    if done is not None and done.lost_bytes:
-        warn(f"{done.lost_bytes} bytes at the end of the spill file are no whole record, and are left out")

@@ -10,7 +10,7 @@ from instrument.views.images import RELATIVE, TRANSMISSION, image_figure
 from instrument.views.plots import angle_figure, error_figure, timing_figure, trajectory_figure
 from instrument.views.recording_table import plan_in_words
 from instrument.views.style import PictureFormat, add_foot, save
-from instrument.views.summary import summary_figure
+from instrument.views.summary import stated_sigma_px, summary_figure
 from protocols import InputError
 
 
@@ -78,12 +78,12 @@ def _figures(analysis: Analysis) -> dict[str, Figure]:
         figures["background"] = image_figure(still, None, "what stands still", size_px=size, px_per_mm=scale, grey=grey)
     if path is not None:
         figures["trajectory"] = trajectory_figure(
-            path.time_s, path.displacement_px, truth_px, px_per_mm=scale, sigma_px=path.sigma_px
+            path.time_s, path.displacement_px, truth_px, px_per_mm=scale, sigma_px=stated_sigma_px(analysis)
         )
         if path.angle_deg is not None:
             figures["angle"] = angle_figure(path.time_s, path.angle_deg, path.angle_sigma_deg)
         if truth_px is not None:
-            figures["error"] = error_figure(path.time_s, path.displacement_px - truth_px, path.sigma_px)
+            figures["error"] = error_figure(path.time_s, path.displacement_px - truth_px, stated_sigma_px(analysis))
     if recording.edge_time_s is not None:
         figures["timing"] = timing_figure(recording.edge_time_s, recording.picture_time_s)
     return figures

@@ -26,8 +26,8 @@ def summary_figure(analysis: Analysis) -> Figure:
     truth, path = analysis.recording.truth, analysis.trajectory
     scale = None if path is None or path.scale is None else path.scale.px_per_mm
     images = _images(analysis)
-    known = path is not None and bool(np.isfinite(path.sigma_px).any())
-    heights = [3.9] * bool(images) + [3.4] * (path is not None) + [1.9] * known
+    sigma_px = stated_sigma_px(analysis)
+    heights = [3.9] * bool(images) + [3.4] * (path is not None) + [1.9] * (sigma_px is not None)
     figure = new_figure(4.1 * max(2, len(images)), sum(heights))
     grid = figure.add_gridspec(len(heights), max(1, len(images)), height_ratios=heights)
     for column, (image, title) in enumerate(images):
@@ -38,12 +38,10 @@ def summary_figure(analysis: Analysis) -> Figure:
     if path is not None:
         truth_px = None if truth is None else truth.displacement_px
         above = figure.add_subplot(grid[int(bool(images)), :])
-        draw_trajectory(above, path.time_s, path.displacement_px, truth_px, px_per_mm=scale, sigma_px=path.sigma_px)
-        if known:
+        draw_trajectory(above, path.time_s, path.displacement_px, truth_px, px_per_mm=scale, sigma_px=sigma_px)
+        if sigma_px is not None:
             above.set_xlabel("")
-            draw_deviation(
-                figure.add_subplot(grid[-1, :], sharex=above), path.time_s, path.displacement_px, path.sigma_px
-            )
+            draw_deviation(figure.add_subplot(grid[-1, :], sharex=above), path.time_s, path.displacement_px, sigma_px)
     figure.suptitle(analysis.figures.caption(), fontsize=11)
     return figure
 
@@ -72,3 +70,11 @@ def _images(analysis: Analysis) -> list[tuple[Floats, str]]:
 def farthest_px(path: Trajectory) -> float:
     """Give the largest displacement of a path."""
     return float(np.max(np.hypot(*path.displacement_px.T), initial=0.0))
+
+
+def stated_sigma_px(analysis: Analysis) -> Floats | None:
+    """Give the path's uncertainty where the analysis states one: of too few frames it is not to be shown either."""
+    path = analysis.trajectory
+    if path is None or analysis.figures.sigma_px is None or not np.isfinite(path.sigma_px).any():
+        return None
+    return path.sigma_px

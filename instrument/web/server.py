@@ -1,6 +1,7 @@
 """The thread that serves the page. It owns no device, and is gone within two seconds, whatever its viewers do."""
 
 import asyncio
+import logging
 import socket
 import time
 from importlib.util import find_spec
@@ -114,6 +115,9 @@ class PageServer:
         from instrument.web.app import Page  # noqa: PLC0415
 
         self._page = page = Page(*self._parts)
+        logging.getLogger("uvicorn").addHandler(
+            logging.NullHandler()
+        )  # its troubles are for a log, not for the terminal
         config = uvicorn.Config(
             page.guarded(self._gate),
             log_config=None,

@@ -59,7 +59,7 @@ class Shelf:
         if not self._quiet() or line.get("error"):
             return line
         try:
-            return line | {"path": _path(stored_analysis(file))}
+            return line | {"path": _path(stored_analysis(file), stated=line.get("sigma_px") is not None)}
         except InputError as error:
             return line | {"error": str(error)}
 
@@ -120,12 +120,12 @@ def _known(info: RecordingInfo) -> dict[str, Any]:
     }
 
 
-def _path(analysis: StoredAnalysis | None) -> dict[str, Any] | None:
-    """The path with its uncertainty, every so many frames; None where there is none."""
+def _path(analysis: StoredAnalysis | None, *, stated: bool) -> dict[str, Any] | None:
+    """The path, with its uncertainty where that is ``stated``, every so many frames; None where there is none."""
     if analysis is None or analysis.displacement_px is None:
         return None
     step = max(1, len(analysis.displacement_px) // _POINTS)
-    rows = {"px": analysis.displacement_px, "sigma_px": analysis.sigma_px}
+    rows = {"px": analysis.displacement_px, "sigma_px": analysis.sigma_px if stated else None}
     mm = analysis.displacement_mm
     found = {name: array[::step].tolist() for name, array in rows.items() if array is not None}
     scale = None if mm is None else _scale(analysis.displacement_px, mm)

@@ -38,7 +38,7 @@ class Viewer:
         self._sent = 0
         self.skipped = 0
         """Images that it missed because newer ones came."""
-        self._generation = -1
+        self._generation: int | None = None
         self._points = 0
         self._state_version = -1
         self._state_sent_s = -float("inf")
@@ -116,7 +116,7 @@ class Viewer:
             return
         first, self._points = self._points, len(path.points)
         body = path_body(first, path.points[first:])
-        await send_bytes(self._frame(PATH, self._generation, body, 0.0))
+        await send_bytes(self._frame(PATH, path.generation, body, 0.0))
 
     def _frame(self, kind: int, sequence: int, body: bytes, made_s: float) -> bytes:
         return frame(kind, sequence, body, skipped=self.skipped, sent_s=time.time(), made_s=made_s)

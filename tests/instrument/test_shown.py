@@ -146,6 +146,9 @@ def test_an_image_is_a_grey_picture_of_its_own_size() -> None:
     (data,) = re.findall(r"base64,([^\"]+)", html)
     with Image.open(BytesIO(b64decode(data))) as picture:
         assert np.asarray(picture).tolist() == [[0, 128], [0, 255], [0, 64]]
+    (data,) = re.findall(r"base64,([^\"]+)", grey(np.array([[0.25, 0.5]]), "dim"))
+    with Image.open(BytesIO(b64decode(data))) as picture:
+        assert np.asarray(picture).tolist() == [[128, 255]]
 
 
 def test_curves_go_from_the_lowest_to_the_highest_value_with_bands() -> None:

@@ -63,7 +63,8 @@ async function open(name) {
   ];
   at("one-facts").replaceChildren(...rows.filter(([, value]) => value).flatMap(([what, value]) => fact(what, value)));
   shown = found.path ?? null;
-  at("one-path").hidden = at("one-band").hidden = !shown;
+  at("one-path").hidden = !shown;
+  at("one-band").hidden = !shown?.sigma_px;
   at("one-pictures").replaceChildren(...(found.pictures ?? []).map((picture) => {
     const image = new Image();
     image.src = source(name, picture);

@@ -111,6 +111,25 @@ def test_what_cannot_be_exported_is_refused(
     assert said in capsys.readouterr().err
 
 
+def test_an_image_of_as_many_rows_as_there_are_frames_is_no_column(tmp_path: Path) -> None:
+    file = run(tmp_path, "run.h5", plan_of("fourier-hadamard", 32, 32))
+    assert status(["analyse", str(file), *FAST, "--grid", "1"]) == 0
+    assert status(["export", str(file), "--csv", "--npz"]) == 0
+    with np.load(tmp_path / "run.npz") as arrays:
+        assert arrays["image"].shape == arrays["truth_image"].shape == (32, 32)
+    columns = (tmp_path / "run.csv").read_text().splitlines()[0].split(",")
+    assert [name for name in columns if "image" in name or "edge" in name] == []
+    assert columns[-2:] == ["truth_x_px", "truth_y_px"]
+
+
+def test_a_film_into_a_folder_that_is_not_there_is_refused_before_the_work(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = run(tmp_path, "run.h5")
+    assert status(["film", str(file), "--out", str(tmp_path / "nowhere" / "a.gif")]) == 2
+    assert "an existing folder for a.gif" in capsys.readouterr().err
+
+
 def test_a_recording_without_analysis_is_exported_as_it_is(tmp_path: Path) -> None:
     file = run(tmp_path, "run.h5")
     assert status(["export", str(file), "--csv", "--out", str(tmp_path / "values.txt")]) == 0
@@ -140,7 +159,7 @@ def test_the_log_has_what_was_asked_told_and_found(tmp_path: Path) -> None:
         re.match(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z (INFO|WARNING|ERROR) kinopix: ", line) for line in lines
     )
     said = "\n".join(lines)
-    assert "kinopix 0.1.0: " in lines[0]
+    assert lines[0].endswith(f"kinopix 0.1.0: --log {log} {' '.join(run)}")
     for words in ("run: counting", "run: the run is done; 240 of 240 patterns are kept in", "recorded 40 frames in"):
         assert words in said
     assert "patterns 0 to" not in said

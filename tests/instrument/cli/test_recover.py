@@ -45,6 +45,7 @@ def test_check_and_recover_say_what_there_is(left: Path, capsys: pytest.CaptureF
         "patterns": 60,
         "joined": 30,
         "spills": [str(left.with_name("run.h5.1.spill"))],
+        "warnings": [],
     }
     assert status(["recover", str(left)]) == 0
     assert "there is nothing to do" in " ".join(capsys.readouterr().out.split())
@@ -57,6 +58,14 @@ def test_a_spill_file_that_is_cut_is_told(left: Path, capsys: pytest.CaptureFixt
     assert status(["recover", str(left), "--out", str(left.with_name("whole.h5"))]) == 0
     said = " ".join(capsys.readouterr().err.split())
     assert "bytes at the end of the spill file are no whole record, and are left out" in said
+
+
+def test_as_json_what_is_lost_is_among_the_warnings(left: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    spill = left.with_name("run.h5.1.spill")
+    spill.write_bytes(spill.read_bytes()[:-1])
+    assert status(["recover", str(left), "--json"]) == 0
+    (warning,) = json.loads(capsys.readouterr().out)["warnings"]
+    assert "are no whole record, and are left out" in warning
 
 
 @pytest.mark.parametrize(

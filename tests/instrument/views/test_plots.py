@@ -2,6 +2,7 @@
 # matplotlib leaves much of its types open.
 """What is drawn: the numbers in the lines, bands, images and bars, read back from the figure."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -127,7 +128,9 @@ def test_an_image_is_drawn_in_px_of_the_field_with_a_bar(px_per_mm: float | None
     (bar,) = axes.get_lines()
     left, right = np.asarray(bar.get_xdata()).tolist()
     assert right - left == pytest.approx(length_px)
-    assert [text.get_text() for text in axes.texts] == [words]
+    (label,) = axes.texts
+    assert label.get_text() == words
+    assert label.get_position()[0] == pytest.approx((left + right) / 2)
 
 
 def test_the_cross_is_explained() -> None:
@@ -155,6 +158,14 @@ def test_a_path_has_bands_of_its_own_uncertainty_and_what_a_parabola_leaves_of_i
     band_y = np.asarray(below.collections[1].get_paths()[0].vertices)
     assert band_y[:, 0].max() == 3.0, "where nothing is known there is no band"
     assert np.abs(band_y[:, 1]).max() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("frames", [1, 2, 3])
+def test_of_a_few_frames_a_parabola_leaves_nothing(frames: int) -> None:
+    time_s = np.arange(float(frames))
+    path = np.stack([1 + time_s**2, time_s], axis=1)
+    below = trajectory_figure(time_s, path, None, sigma_px=np.ones((frames, 2))).axes[1]
+    assert max(np.abs(np.asarray(line.get_ydata(), np.float64)).max() for line in below.get_lines()[:2]) < 1e-9
 
 
 def test_a_calibrated_path_has_a_scale_in_mm() -> None:
@@ -243,6 +254,19 @@ def test_each_scheme_fills_the_panels_and_pictures_that_it_can(
     assert [path.name for path in written] == [f"run-{name}.png" for name in pictures]
     with Image.open(written[0]) as picture:
         assert np.asarray(picture.convert("L")).std() > 10, "an empty picture"
+
+
+def test_where_no_uncertainty_is_stated_no_band_is_drawn() -> None:
+    """The numbers of a path of few frames are there, and not to be believed."""
+    stated = analysed("fourier-hadamard", truth=False)
+    unsure = replace(stated, figures=stated.figures.model_copy(update={"sigma_px": None}))
+    assert stated.trajectory is not None
+    assert np.isfinite(stated.trajectory.sigma_px).any()
+    assert len(summary_figure(stated).axes) == 4
+    assert len(summary_figure(unsure).axes) == 3
+    assert not any(axes.collections for axes in summary_figure(unsure).axes)
+    assert "polygon" in stated._repr_html_()  # pyright: ignore[reportPrivateUsage] - as a notebook asks for it
+    assert "polygon" not in unsure._repr_html_()  # pyright: ignore[reportPrivateUsage]
 
 
 def test_an_object_at_rest_is_not_said_to_have_moved() -> None:

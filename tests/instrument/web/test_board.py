@@ -77,6 +77,18 @@ def test_a_detector_that_does_not_count_is_held_against_no_limit(board: Board, v
     assert board.state.light is None
 
 
+def test_without_a_plan_or_a_counter_counts_have_no_rate(bench: Path) -> None:
+    empty, counterless = Board("a folder"), Board("no counter")
+    with Instrument.from_toml(bench) as instrument:
+        counterless.show_plan(SMALL, instrument.check(SMALL))
+        planless = Board("no plan")
+        planless.show_bench(instrument)
+    for board in (empty, counterless, planless):
+        board(block([1, 2]))
+        board(BlockEvent(first_pattern=0, patterns=2))  # from another process, without its counts
+        assert board.state.light is None
+
+
 def test_the_path_is_in_seconds_and_px_and_along_the_stage_in_mm(board: Board) -> None:
     board(tracked(2, np.array([[0.0, 0.0], [3.0, 5.0]])))
     assert board.path.points.tolist() == [[pytest.approx(1.5e-4), 0, 0], [pytest.approx(4.5e-4), 3, 5]]
@@ -103,13 +115,16 @@ def test_a_long_path_is_thinned_out_and_begins_anew(board: Board) -> None:
 
 def test_the_newest_image_is_kept_and_says_when_its_counts_came(board: Board) -> None:
     before = board.image
+    board(ImageEvent(frame=0, image=np.eye(2)))
+    assert board.image is not None
+    assert board.image.made_s == 0.0, "no count has come"
     board(block([1, 2]))
     for frames in (1, 2):
         board(ImageEvent(frame=frames, image=np.eye(2)))
     image = board.image
     assert before is None
     assert image is not None
-    assert (image.sequence, image.made_s) == (2, 1000.0)
+    assert (image.sequence, image.made_s) == (3, 1000.0)
     assert struct.unpack_from("<HHI", image.body) == (2, 2, 2)
 
 

@@ -59,6 +59,14 @@ def test_one_recording_comes_with_its_path_and_its_uncertainty(folder: Path) -> 
     assert (Shelf(folder).recording("new.h5") or {})["path"] is None
 
 
+def test_without_a_stated_uncertainty_none_is_shown(tmp_path: Path) -> None:
+    with Instrument.from_toml(bench_toml(tmp_path)) as bench:
+        bench.run(SMALL, tmp_path / "few.h5")
+    px = np.zeros((40, 2))
+    write_analysis(tmp_path / "few.h5", displacement_px=px, sigma_px=px + 1, image=None, table={"sigma_px": None})
+    assert "sigma_px" not in (Shelf(tmp_path).recording("few.h5") or {})["path"]
+
+
 def test_a_long_path_is_thinned_out(folder: Path, tmp_path: Path) -> None:
     plan = SMALL.model_copy(update={"frames": 1700, "image_size": 8, "superpixel": 8, "motion": None})
     with Instrument.from_toml(bench_toml(tmp_path)) as bench:
