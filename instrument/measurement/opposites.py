@@ -168,7 +168,8 @@ def _strength(one: Floats, two: Floats) -> Floats:
         low = np.maximum(np.arange(frames) - half, 0)
         high = np.minimum(np.arange(frames) + half + 1, frames)
         both, first, second, count = total[:, high] - total[:, low]
-        correlation = -both / np.sqrt(np.maximum(first * second, 1e-300))
+        least = np.maximum(count, 1.0) / 2  # what is far below its noise is correlated with nothing
+        correlation = -both / np.sqrt(np.maximum(first, least) * np.maximum(second, least))
         z = np.arctanh(np.clip(correlation, 0.0, _LIKEST)) - _SIGMAS * np.sqrt(_WIDE / np.maximum(count - 3, 1))
         strength = np.maximum(strength, z.max(axis=1))
     return np.asarray(np.minimum(np.tanh(strength), _STRONGEST), np.float64)
