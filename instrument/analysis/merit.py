@@ -228,6 +228,7 @@ def figures_of(
     light_change = measurement.light_change()
     of_path, of_image = _path_figures(trajectory, truth), _image_figures(reconstruction, truth, measurement)
     misfit = of_image.get("misfit")
+    leaves = any(finding.kind == "leaves the field" for finding in measurement.findings)
     if misfit is not None and misfit < _OVERFIT:
         of_path |= {"sigma_px": None, "motion_px": None, "motion_mm": None}
     return Figures(
@@ -240,7 +241,7 @@ def figures_of(
         stage=stage,
         doubts=(
             *(finding.sentence for finding in measurement.findings),
-            *_doubts(light_change, misfit),
+            *_doubts(0.0 if leaves else light_change, misfit),
             *_moment_doubts(measurement),
             *(() if stage is None else stage.sentences()),
         ),
