@@ -308,11 +308,12 @@ def _moment_doubts(measurement: Measurement) -> tuple[str, ...]:
     position = measurement.scheme.position
     if position is None or position.period_px is not None or measurement.background_known:
         return ()
-    return (
+    why = (
         "moments take all light for the object's: a background or ambient light makes displacement and speed too small by its "
         "share of the light, which the stated intervals do not cover; record a background and give it with --background, "
-        "or use a scheme of fringes",
+        "or use a scheme of fringes"
     )
+    return (why,)
 
 
 def _doubts(light_change: float, misfit: float | None) -> tuple[str, ...]:
