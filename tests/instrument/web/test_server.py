@@ -185,11 +185,11 @@ def test_a_port_that_is_taken_is_told(open_to_all: PageServer) -> None:
 
 def test_connections_send_at_once_what_they_are_given() -> None:
     """Nagle's algorithm would hold each path and the image behind it for 40 ms."""
-    with server_module._bound("127.0.0.1", 0) as listening:  # pyright: ignore[reportPrivateUsage] - no server is needed
-        with socket.create_connection(listening.getsockname()):
-            connection, _ = listening.accept()
-            with connection:
-                assert connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
+    with ExitStack() as opened:
+        listening = opened.enter_context(server_module._bound("127.0.0.1", 0))  # pyright: ignore[reportPrivateUsage]
+        opened.enter_context(socket.create_connection(listening.getsockname()))
+        connection = opened.enter_context(listening.accept()[0])
+        assert connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
 
 
 def test_a_page_that_may_only_look_on_is_shown_the_door_when_it_asks(open_to_all: PageServer) -> None:
