@@ -9,6 +9,7 @@ import numpy as np
 
 from instrument.analysis.causes import numbers_that_end, refuse_endless, refuse_hopeless, refuse_size
 from instrument.analysis.find import find_image, find_path
+from instrument.analysis.leaving import follow_out, leaving
 from instrument.analysis.merit import Figures, figures_of
 from instrument.analysis.stage_figures import stage_figures
 from instrument.choices import Background, Grid, Method, Normalise, Tracking
@@ -159,13 +160,18 @@ def analyse(
         refuse_size(recording)
     measurement = Measurement.of(recording)
     refuse_hopeless(measurement)
-    measurement = _lit(measurement, tracking, normalise)
     wanted = "none" if background == "auto" and recording.background is not None else background
     with numbers_that_end():
         tell("following the object", 0, 3)
-        path = find_path(measurement, tracking, mean_filter)
-        tell("reconstructing", 1, 3)
-        found = find_image(path, tracking, method, wanted, grid)
+        left = leaving(replace(measurement, normalise=normalise)) if tracking == "joint" and method == "tv" else None
+        if left is None:
+            measurement = _lit(measurement, tracking, normalise)
+            path = find_path(measurement, tracking, mean_filter)
+            tell("reconstructing", 1, 3)
+            found = find_image(path, tracking, method, wanted, grid)
+        else:
+            tell("reconstructing", 1, 3)
+            found = follow_out(left, measurement.valid, wanted, grid)
     refuse_endless(found.trajectory, found.reconstruction)
     trajectory, reconstruction = found.trajectory, found.reconstruction
     known = recording.calibration if isinstance(recording, Recording) else None  # pyright: ignore[reportUnnecessaryIsInstance]

@@ -64,7 +64,7 @@ def find_image(found: Found, tracking: Tracking, method: Method, background: Bac
         found = _shifted(found, tracking, method, background, grid)
     if found.trajectory is None:
         return found
-    return replace(found, trajectory=_placed(found.measurement, found.trajectory, found.reconstruction))
+    return replace(found, trajectory=placed_at(found.measurement, found.trajectory, found.reconstruction))
 
 
 def _shifted(found: Found, tracking: Tracking, method: Method, background: Background, grid: Grid) -> Found:
@@ -101,7 +101,7 @@ def _turned(measurement: Measurement, trajectory: Trajectory, tracking: Tracking
     return Found(measurement, turned.trajectory, turned.image, turned.refinements)
 
 
-def _placed(measurement: Measurement, trajectory: Trajectory, image: Reconstruction | None) -> Trajectory:
+def placed_at(measurement: Measurement, trajectory: Trajectory, image: Reconstruction | None) -> Trajectory:
     """Give the absolute position where the scheme measures one, with what the images of object and background say of it."""
     if image is None:
         return with_start(measurement, trajectory)

@@ -228,6 +228,7 @@ def figures_of(
     light_change = measurement.light_change()
     of_path, of_image = _path_figures(trajectory, truth), _image_figures(reconstruction, truth, measurement)
     misfit = of_image.get("misfit")
+    leaves = any(finding.kind == "leaves the field" for finding in measurement.findings)
     if misfit is not None and misfit < _OVERFIT:
         of_path |= {"sigma_px": None, "motion_px": None, "motion_mm": None}
     return Figures(
@@ -240,7 +241,8 @@ def figures_of(
         stage=stage,
         doubts=(
             *(finding.sentence for finding in measurement.findings),
-            *_doubts(light_change, misfit),
+            *_doubts(0.0 if leaves else light_change, misfit),
+            *_moment_doubts(measurement),
             *(() if stage is None else stage.sentences()),
         ),
         **{"travel_px": None, "sigma_px": None, "misfit": None, **of_path, **of_image},
@@ -299,6 +301,19 @@ def _image_figures(
         figures["ssim_global"] = ssim_global(image, truth.image, fit_gain=fit_gain)
         figures["ssim_local"] = ssim_local(image, truth.image, fit_gain=fit_gain)
     return figures
+
+
+def _moment_doubts(measurement: Measurement) -> tuple[str, ...]:
+    """Say what no run of moments can tell: whose light its centroid is of. The noise alone is in their uncertainty."""
+    position = measurement.scheme.position
+    if position is None or position.period_px is not None or measurement.background_known:
+        return ()
+    why = (
+        "moments take all light for the object's: a background or ambient light makes displacement and speed too small by its "
+        "share of the light, which the stated intervals do not cover; record a background and give it with --background, "
+        "or use a scheme of fringes"
+    )
+    return (why,)
 
 
 def _doubts(light_change: float, misfit: float | None) -> tuple[str, ...]:

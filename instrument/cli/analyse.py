@@ -118,6 +118,7 @@ def analyse_file(
             again=again,
             workers=workers is not None,
             scheduler=scheduler is not None,
+            path_map=bool(path_map),
             scratch=scratch is not None,
         )
         in_windows(files[0], window, window_images, results, as_json=as_json)
@@ -133,19 +134,19 @@ def analyse_file(
         again=again,
         as_json=as_json,
     )
-    if len(files) > 1 or files[0].is_dir() or options.several:
-        from instrument.series import Request
+    from instrument.series import Request
 
-        request = Request(
-            tracking=tracking,
-            method=method,
-            frames=frames,
-            background=fitted,
-            background_file=None if background_file is None else str(background_file),
-            grid=grid,
-            mean_filter=mean_filter,
-            normalise=normalise,
-        )
+    request = Request(
+        tracking=tracking,
+        method=method,
+        frames=frames,
+        background=fitted,
+        background_file=None if background_file is None else str(background_file.absolute()),
+        grid=grid,
+        mean_filter=mean_filter,
+        normalise=normalise,
+    )
+    if len(files) > 1 or files[0].is_dir() or options.several:
         analyse_several(files, request, options)
         return
     (file,) = files
@@ -162,7 +163,7 @@ def analyse_file(
     used = recording.first(frames) if frames else recording
     analysis = analysed(used, tracking, method, fitted, grid, mean_filter, normalise)
     _tell_idle(context, analysis)
-    store(file, recording, analysis, results)
+    store(file, recording, analysis, results, key=request.key)
     drawn = [] if no_pictures else write_pictures(analysis, folder, (results or file).stem, kind)
     if as_json:
         print_json({**analysis.figures.model_dump(mode="json"), "pictures": [str(path) for path in drawn]})

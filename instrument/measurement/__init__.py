@@ -11,7 +11,7 @@ from instrument.measurement.measurement import Measurement
 from instrument.measurement.profile import Profile
 from instrument.measurement.ripple import Ripple, ripples_seen
 from instrument.measurement.screening import Screened, screened, slips_of_counts, tell_slips, usable_frames
-from instrument.measurement.slips import FEWEST_FRAMES, Segment, Slips
+from instrument.measurement.slips import FEWEST_FRAMES, Segment, Slips, in_step_again
 from instrument.measurement.wiring import Wiring, wiring_of
 
 __all__ = [
@@ -34,6 +34,7 @@ __all__ = [
     "bordering_share",
     "first_light",
     "fixed_columns",
+    "in_step_again",
     "light_of",
     "noise_variance",
     "ripples_seen",

@@ -115,10 +115,12 @@ def _least(  # noqa: PLR0917 - compiled: one array each
                     cost += _EACH_PASSED * passed + pairs[frame, new]
                     if not margins and total[last, old] + cost >= total[frame, new]:
                         continue
-                    least = np.inf
+                    least = np.inf if margins else total[frame, new] - total[last, old] - cost
                     for window in range(windows):
                         off = _SHORT * window
                         for column in range(per_frame):
+                            if off >= least:
+                                break
                             here = last + (column + old - middle) // per_frame
                             there = frame + (column + new - middle) // per_frame
                             if here < 0 or there < 0 or here >= frames or there >= frames:

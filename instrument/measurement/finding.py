@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-FindingKind: TypeAlias = Literal["impossible counts", "shifted patterns", "wild counts", "wiring"]
+FindingKind: TypeAlias = Literal["impossible counts", "shifted patterns", "wild counts", "wiring", "leaves the field"]
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,9 @@ from protocols import Floats, Integers
 _LENGTHS: Final = np.array([30, 10, 4], np.int64)
 """Frames of a line: many where nothing changes near by, few beside another change."""
 
+_FEWEST: Final = 3
+"""Values from which on a line is fitted."""
+
 _LONG: Final = 2
 """Lengths that are asked for jumps, the first ones."""
 
@@ -89,30 +92,40 @@ def _scale(before: Floats, after: Floats) -> Floats:
 def _lines(light: Floats, sigma2: Floats, lengths: Integers, before: Floats, after: Floats) -> None:
     """Fit all lines; what too few values are known of stays NaN. Where values lie off their line, its variance is larger."""
     frames, columns = light.shape
-    for w in range(len(lengths)):
-        for frame in range(frames):
-            for side in range(2):
-                step = 1 if side else -1
-                for column in range(columns):
-                    n, sx, sy, sxx, sxy, syy, noise = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-                    origin = np.nan
-                    for k in range(lengths[w]):
-                        at = frame + step * k
-                        if at < 0 or at >= frames or not np.isfinite(light[at, column]):
-                            continue
-                        if n == 0:
-                            origin = light[at, column]
-                        x, y = k + 0.5, light[at, column] - origin
-                        n, sx, sy, noise = n + 1, sx + x, sy + y, noise + sigma2[at, column]
-                        sxx, sxy, syy = sxx + x * x, sxy + x * y, syy + y * y
-                    if n < 3:
+    sums = np.zeros((frames + 1, 7))
+    for column in range(columns):
+        origin = 0.0
+        for frame in range(frames):  # sums of 1, x, x^2, y, x y, y^2 and the variance up to each frame
+            y = light[frame, column]
+            sums[frame + 1] = sums[frame]
+            if np.isfinite(y):
+                if sums[frame, 0] == 0:
+                    origin = y
+                y -= origin
+                sums[frame + 1, 0] += 1
+                sums[frame + 1, 1] += frame
+                sums[frame + 1, 2] += frame * frame
+                sums[frame + 1, 3] += y
+                sums[frame + 1, 4] += frame * y
+                sums[frame + 1, 5] += y * y
+                sums[frame + 1, 6] += sigma2[frame, column]
+        for w in range(len(lengths)):
+            for frame in range(frames):
+                for side in range(2):
+                    low = frame if side else max(frame + 1 - lengths[w], 0)
+                    high = min(frame + lengths[w], frames) if side else frame + 1
+                    n = sums[high, 0] - sums[low, 0]
+                    if n < _FEWEST:
                         continue
-                    spread = sxx - sx * sx / n
-                    slope = (sxy - sx * sy / n) / spread
-                    rest = syy - sy * sy / n - slope * slope * spread
-                    each = noise / n
+                    x = (sums[high, 1] - sums[low, 1]) / n
+                    y = (sums[high, 3] - sums[low, 3]) / n
+                    spread = sums[high, 2] - sums[low, 2] - n * x * x
+                    slope = (sums[high, 4] - sums[low, 4] - n * x * y) / spread
+                    rest = sums[high, 5] - sums[low, 5] - n * y * y - slope * slope * spread
+                    each = (sums[high, 6] - sums[low, 6]) / n
                     each *= max(1.0, rest / (each * (n - 2)))
+                    away = frame - x + (-0.5 if side else 0.5)
                     line = after if side else before
-                    line[w, frame, column, 0] = origin + sy / n - slope * sx / n
-                    line[w, frame, column, 1] = slope * step
-                    line[w, frame, column, 2] = each * (1 / n + sx * sx / (n * n) / spread)
+                    line[w, frame, column, 0] = origin + y + slope * away
+                    line[w, frame, column, 1] = slope
+                    line[w, frame, column, 2] = each * (1 / n + away * away / spread)

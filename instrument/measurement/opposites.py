@@ -35,8 +35,11 @@ _WINDOWS: Final = (31, 255, 1023)
 _ALIKE: Final = 0.4
 """Share of a deviation that is left at most of its sum with one to the other side."""
 
-_WIDE: Final = 2.0
-"""Variance of a mean of products of second differences, over that of independent ones."""
+_AROUND: Final = 3
+"""Frames to both sides from whose mean a value deviates."""
+
+_WIDE: Final = 1.3
+"""Variance of a mean of products of such deviations, over that of independent ones: 1 + 2 sum rho_k^2 of their correlations."""
 
 _SIGMAS: Final = 1.6
 """Standard deviations that are taken off a correlation: the most opposite of seven are not opposite in noise."""
@@ -78,12 +81,15 @@ def noise_of(light: Floats, variance: Floats) -> Floats:
 
 
 def deviations(light: Floats) -> Floats:
-    """Deviation of each value from the mean of the frames beside, or from one of them, with the variance of a value."""
-    beside = np.pad(light, ((1, 1), (0, 0)), constant_values=np.nan)
-    one, two = light - beside[:-2], light - beside[2:]
-    both = np.isfinite(one) & np.isfinite(two)
-    from_one = np.where(np.isfinite(one), one, two) / np.sqrt(2)
-    return np.asarray(np.where(both, (one + two) / np.sqrt(6), from_one), np.float64)
+    """Deviation of each value from the mean of those of the frames around that are known, with the variance of a value."""
+    known = np.isfinite(light)
+    total = np.cumsum(np.pad(np.where(known, light, 0.0), ((1, 0), (0, 0))), axis=0)
+    number = np.cumsum(np.pad(known, ((1, 0), (0, 0))), axis=0, dtype=np.float64)
+    index = np.arange(len(light))
+    low, high = np.maximum(index - _AROUND, 0), np.minimum(index + _AROUND + 1, len(light))
+    count = number[high] - number[low] - 1  # its own is none of them
+    mean = (total[high] - total[low] - light) / np.maximum(count, 1.0)
+    return np.asarray(np.where(count > 0, (light - mean) / np.sqrt(1 + 1 / np.maximum(count, 1.0)), np.nan), np.float64)
 
 
 def opposed(light: Floats) -> Mask:
@@ -162,7 +168,8 @@ def _strength(one: Floats, two: Floats) -> Floats:
         low = np.maximum(np.arange(frames) - half, 0)
         high = np.minimum(np.arange(frames) + half + 1, frames)
         both, first, second, count = total[:, high] - total[:, low]
-        correlation = -both / np.sqrt(np.maximum(first * second, 1e-300))
+        least = np.maximum(count, 1.0) / 2  # what is far below its noise is correlated with nothing
+        correlation = -both / np.sqrt(np.maximum(first, least) * np.maximum(second, least))
         z = np.arctanh(np.clip(correlation, 0.0, _LIKEST)) - _SIGMAS * np.sqrt(_WIDE / np.maximum(count - 3, 1))
         strength = np.maximum(strength, z.max(axis=1))
     return np.asarray(np.minimum(np.tanh(strength), _STRONGEST), np.float64)

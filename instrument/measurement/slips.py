@@ -48,8 +48,8 @@ _AROUND: Final = 9
 _LAMP: Final = 5
 """Frames over whose total the lamp is averaged."""
 
-_DARK: Final = 0.1
-"""Share of the mean light that is assumed at least."""
+_DARK: Final = 0.25
+"""Share of the mean light below which a frame is dark."""
 
 _FAR: Final = 25.0
 """Squared deviation, over the variance, beyond which a value is far off."""
@@ -198,11 +198,15 @@ def _stays(jumps: Floats) -> Floats:
 
 
 def _steady(light: Floats) -> Floats:
-    """Light as of a lamp that does not change: any six values in a row are of as many patterns, whether they slipped or not."""
+    """Light as of a lamp that does not change: any six values in a row are of as many patterns, whether they slipped or not.
+
+    Where there is hardly any, as when the object has left the field, nothing is known.
+    """
     total = _filled(light).sum(axis=1)
     around = np.convolve(np.pad(total, _LAMP // 2, mode="edge"), np.full(_LAMP, 1 / _LAMP), "valid")
     mean = float(around.mean())
-    return light if mean <= 0 else light * (mean / np.maximum(around, _DARK * mean))[:, None]
+    lit = around > max(_DARK * mean, 0.0)
+    return np.where(lit[:, None], light * (mean / np.where(lit, around, 1.0))[:, None], np.nan)
 
 
 def _filled(light: Floats) -> Floats:

@@ -188,6 +188,11 @@ class ShiftedHadamard:
         few = self._few_down.nbytes + self._few_across.nbytes
         return few + sum(dense.nbytes for dense in self._dense) + sum(rows.nbytes for rows in self._of)
 
+    @property
+    def dense_patterns(self) -> int:
+        """Number of patterns whose products are matrix products."""
+        return sum(len(dense.down) for dense in self._dense)
+
     def matvec(self, image: Singles) -> Singles:
         """Give the values of an image: ``(pixels,)`` to ``(rows,)``."""
         image = image.reshape(self.image_shape)

@@ -88,11 +88,12 @@ def analyse_series(
 
     def keep(number: int, result: Any, failure: Failure | None) -> None:
         path = waiting[number]
-        if failure is None and isinstance(result, Outcome):
-            series.found[path] = result.info
-            drawn.extend(result.pictures)
+        if failure is None:
+            outcome: Outcome = result
+            series.found[path] = outcome.info
+            drawn.extend(outcome.pictures)
         else:
-            series.failures[path] = failure or Failure("no result")
+            series.failures[path] = failure
         told.append(path)
         tell(path)
 

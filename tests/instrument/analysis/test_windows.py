@@ -94,6 +94,7 @@ def test_the_path_is_true_over_all_windows_and_images_are_where_the_object_was_a
     )  # refined with its image, from the middle of what is shared
     assert float(np.sqrt(np.mean(of_imaged_px**2))) < 0.05
     assert windowed.figures.displacement_mse_px2 == pytest.approx(float(np.mean(error_px**2)))
+    assert windowed.figures.light_change < 0.02
     assert windowed.figures.sigma_px == pytest.approx(float(np.median(windowed.trajectory.sigma_px)))
     assert windowed.windows == (Window(0, 2048, 0), Window(1024, 3400, 2048))
     (second,) = windowed.images

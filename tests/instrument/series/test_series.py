@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from instrument.cli.main import status
@@ -15,7 +16,7 @@ from instrument.series import COLUMNS, Request, analyse_series, recordings_in, w
 from instrument.workers import Where
 from protocols import InputError
 from tests.instrument.series.same import assert_same_analysis
-from tests.support.plain_hdf5 import array
+from tests.support.plain_hdf5 import array, opened, text
 
 ROOT = Path(__file__).parents[3]
 GOOD = ("later/fast.h5", "middle.h5", "slow.h5")
@@ -160,6 +161,10 @@ def test_after_a_kill_two_processes_do_the_rest_and_nothing_twice_and_name_what_
 
 def test_the_table_has_a_row_for_each_with_units_in_its_names(runs: Path, tmp_path: Path) -> None:
     recordings = [runs / "none.h5", runs / "slow.h5"]
+    with opened(runs / "slow.h5", "r+") as file:  # two counts that no counter gives: each a doubt
+        del file["/entry/checksum"]
+        file["/entry/data/values"][20, 1] = np.inf
+        file["/entry/data/values"][40:, :] *= 2.0
     series = analyse_series(recordings, Request(tracking="smooth", method="dgi"))
     table = tmp_path / "table.csv"
     table.write_text("an older one")
@@ -174,6 +179,9 @@ def test_the_table_has_a_row_for_each_with_units_in_its_names(runs: Path, tmp_pa
     assert float(slow["travel_x_px"]) == travel_x
     assert float(slow["speed_low_px_s"]) < float(slow["speed_px_s"]) < float(slow["speed_high_px_s"])
     assert slow["speed_mm_s"] == slow["turn_deg"] == ""
+    doubts = json.loads(text(runs / "slow.h5", "/entry/analysis/table"))["doubts"]
+    assert len(doubts) >= 2
+    assert slow["doubts"] == " | ".join(doubts)
     assert [path.name for path in tmp_path.iterdir() if path.name.endswith(".part")] == []
 
 
@@ -203,6 +211,9 @@ def test_the_command_prints_one_table_and_tells_of_failures_by_its_exit_code(
     assert status(["analyse", str(runs / "later"), *options, "--pictures", str(pictures)]) == 0
     assert f"written {pictures}/fast-summary.png" in capsys.readouterr().out.replace("\n", "")
     assert (pictures / "fast-summary.png").is_file()
+    one_by_itself = ["analyse", str(runs / "slow.h5"), "--tracking", "smooth", "--method", "dgi", "--no-pictures"]
+    assert status(one_by_itself) == 0
+    assert "Analysis of slow.h5" in capsys.readouterr().out
     assert status(["analyse", str(runs), *options, "--table", str(table)]) == 2
     told = capsys.readouterr()
     assert "1 of 4 recordings that could not be analysed" in told.err
@@ -211,7 +222,7 @@ def test_the_command_prints_one_table_and_tells_of_failures_by_its_exit_code(
         ["fast.h5", "kept"],
         ["middle.h5", "analysed"],
         ["none.h5", "failed"],
-        ["slow.h5", "analysed"],
+        ["slow.h5", "kept"],
     ]
     assert len(table.read_text().splitlines()) == 5
 

@@ -1,0 +1,169 @@
+"""An object that leaves the field in the run: seen by light that falls as its own image and path say that it must.
+
+A lamp that fades looks the same to the total light alone. So the frames before the light falls are looked at first, as a run of
+their own: they give an image and a path, and those say where the object goes. Where its pixels leave the field by as much as
+light is missing, it is the object. Its path is then refined in all frames in which at least half of it is to be seen, by rows
+that are zero outside the field, and nothing is divided by the total light.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from instrument.analysis.find import Found, find_path, placed_at
+from instrument.choices import Background, Grid
+from instrument.joint import refine
+from instrument.measurement import Finding, Measurement, first_light
+from instrument.reconstruction import reconstruct
+from instrument.tracking import Trajectory
+from protocols import Floats, Mask
+
+_PARTS: Final = 20
+"""Parts of a run over one of which the total light is averaged: more than a period of the mains."""
+
+_FEWEST_FRAMES: Final = 200
+"""Frames before the light falls below which nothing is concluded."""
+
+_FALLEN: Final = 0.015
+"""Share of the light that must be missing."""
+
+_SIGMAS: Final = 4.0
+"""Standard deviations of a mean by which it must be."""
+
+_OUT: Final = 0.02
+"""Share of the object that must leave."""
+
+_SEEN: Final = 0.5
+"""Share of the object that must be inside for a frame to be used."""
+
+_AGREE: Final = 0.5
+"""Share of the missing light that may be missing otherwise, or not be missing."""
+
+_OBJECT: Final = 0.1
+"""Share of the brightest pixel above which a pixel is the object's."""
+
+
+@dataclass(frozen=True, eq=False)
+class Leaving:
+    """A run in which the object leaves."""
+
+    whole: Measurement
+    """The run with those frames valid in which it is wholly inside."""
+
+    trajectory: Trajectory
+    """Its path in these frames, and how it would go on."""
+
+    share: Floats
+    """``(frames,)``: share of the object that is inside the field."""
+
+    end_frame: int
+    """Frame after the last one in which it is wholly inside."""
+
+
+def leaving(measurement: Measurement) -> Leaving | None:
+    """Find out whether the object leaves the field before the run ends.
+
+    Args:
+        measurement: the run; its light model need not be known.
+    """
+    scheme = measurement.scheme
+    if scheme.position is None or scheme.image_rows is None:
+        return None
+    trend, sigma = _trend(measurement.total, measurement.valid)
+    steady = float(np.quantile(trend, 0.8))
+    lowest = steady - max(_FALLEN * steady, _SIGMAS * sigma)
+    part = len(trend) // _PARTS
+    last = int(np.flatnonzero(trend >= lowest)[-1]) - part // 2
+    if steady <= 0 or last < _FEWEST_FRAMES or last > len(trend) - part:
+        return None
+    before = np.arange(len(trend)) < last
+    whole = first_light(replace(measurement, valid=measurement.valid & before))
+    found = find_path(whole, "smooth", None)
+    if found.trajectory is None or found.trajectory.angle_deg is not None:
+        return None
+    path = going_on(found.trajectory, last)
+    image = reconstruct(whole, path, "tv").at_patterns
+    share = share_inside(image, path.displacement_px)
+    missing = 1 - share[last:]
+    off = float(np.abs(trend[last:] / steady - share[last:]).mean())
+    if missing.max() < _OUT or off > _AGREE * float(missing.mean()):
+        return None
+    return Leaving(whole, path, share, last)
+
+
+def follow_out(left: Leaving, valid: Mask, background: Background, grid: Grid) -> Found:
+    """Refine path and image, first where the object is wholly inside, then where at least half of it is.
+
+    Args:
+        left: what ``leaving`` gave.
+        valid: ``(frames,)`` that were measured well.
+        background: as in ``analyse``; one that stands still is found from the frames in which the object is wholly inside alone.
+        grid: as in ``analyse``.
+    """
+    finer = None if grid == "auto" else int(grid)
+    inside = refine(left.whole, left.trajectory, grid=finer, background=background)
+    found = Found(inside.measurement, inside.trajectory, inside.image, inside.refinements)
+    if inside.image.still is None:
+        path = going_on(inside.trajectory, left.end_frame)
+        share = share_inside(inside.image.at_patterns, path.displacement_px)
+        seen = replace(inside.measurement, valid=valid & (share >= _SEEN))
+        both = refine(seen, path, region=False, grid=finer, background="none")
+        found = Found(both.measurement, both.trajectory, both.image, inside.refinements + both.refinements)
+    if found.trajectory is None:
+        return found
+    placed = placed_at(found.measurement, found.trajectory, found.reconstruction)
+    return _told(replace(found, trajectory=placed), left)
+
+
+def going_on(trajectory: Trajectory, end_frame: int) -> Trajectory:
+    """Let a path that is known before a frame go on from there as it went: along a parabola through its last third."""
+    place_px = trajectory.displacement_px.copy()
+    frame = np.arange(len(place_px)) - (end_frame - 1)
+    used = slice(end_frame - end_frame // 3, end_frame)
+    fit = np.polynomial.polynomial.polyfit(frame[used], place_px[used], 2)
+    onwards = np.polynomial.polynomial.polyval(frame[end_frame:].astype(np.float64), fit).T
+    place_px[end_frame:] = onwards + place_px[end_frame - 1] - fit[0]
+    return replace(trajectory, displacement_px=place_px)
+
+
+def share_inside(image: Floats, displacement_px: Floats) -> Floats:
+    """``(frames,)``: share of an object's light that is inside the field when it is displaced.
+
+    Args:
+        image: ``(m, m)`` at displacement 0.
+        displacement_px: ``(frames, 2)``, x and y.
+    """
+    row, column = np.nonzero(image > _OBJECT * image.max())
+    light = image[row, column]
+    size = len(image)
+    inside = np.ones((len(displacement_px), len(light)), bool)
+    for axis, at in enumerate((column, row)):
+        place = at + displacement_px[:, axis : axis + 1]
+        inside &= (place > -0.5) & (place < size - 0.5)
+    return np.asarray(inside @ light / light.sum(), np.float64)
+
+
+def _told(found: Found, left: Leaving) -> Found:
+    """Say of the measurement that the object leaves."""
+    out = np.flatnonzero(left.share < 1 - _OUT)
+    used = int(np.count_nonzero(found.measurement.valid & (left.share < 1 - _OUT)))
+    text = f"the object leaves the field from frame {out[0]} on"
+    how = f"{used} of these {len(out)} frames are used" if used else "no frame of these is used"
+    sentence = f"{text}: {how}; to have all of it in all frames, keep it inside, or record fewer frames"
+    finding = Finding("leaves the field", tuple(out.tolist()), text, sentence)
+    return replace(found, measurement=replace(found.measurement, findings=(*found.measurement.findings, finding)))
+
+
+def _trend(total: Floats, valid: Mask) -> tuple[Floats, float]:
+    """Means of the total light over a part of the run around each frame; and their standard deviation by noise."""
+    frames = len(total)
+    half = max(frames // _PARTS // 2, 1)
+    sums = np.concatenate(
+        [np.zeros((2, 1)), np.cumsum([np.where(valid, total, 0.0), valid.astype(np.float64)], axis=1)], axis=1
+    )
+    low, high = np.maximum(np.arange(frames) - half, 0), np.minimum(np.arange(frames) + half + 1, frames)
+    light, count = sums[:, high] - sums[:, low]
+    known = total[valid]
+    noise = float(np.median(np.abs(np.diff(known)))) / (0.6745 * 2**0.5) if len(known) > 1 else 0.0
+    return light / np.maximum(count, 1.0), noise / (2 * half + 1) ** 0.5

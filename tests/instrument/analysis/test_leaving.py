@@ -1,0 +1,78 @@
+"""An object that leaves the field is told from a lamp that fades, and followed as long as half of it is to be seen."""
+
+import numpy as np
+import pytest
+
+from instrument import Plan, Recording, analyse, simulate
+from instrument.analysis.leaving import going_on, leaving, share_inside
+from instrument.measurement import Measurement
+from instrument.tracking import as_trajectory
+from protocols import Floats
+
+PLAN = Plan(frames=500, image_size=64)
+NOISE = {"kind": "pixel", "sigma": 0.05, "seed": 3}
+
+
+def path(time_s: Floats) -> Floats:
+    """Go 46 px to the right: from column 16 on, 13 px wide, the object is out by 11 px at the end, and half out at 0.94 of it."""
+    return np.stack([46 * time_s / PLAN.run_time_s, 4 * time_s / PLAN.run_time_s], axis=1)
+
+
+def recorded(travel: float = 1.0, **scene: object) -> Recording:
+    table = {"object": "letter-B", "object_height_px": 18, "start_px": [22.3, 28.4], "noise": NOISE, **scene}
+    return simulate(PLAN, table, path=lambda time_s: travel * path(time_s))
+
+
+@pytest.fixture(scope="module")
+def leaves() -> Recording:
+    return recorded()
+
+
+def test_an_object_that_leaves_is_followed_while_half_of_it_is_to_be_seen(leaves: Recording) -> None:
+    found = analyse(leaves)
+    assert leaves.truth is not None
+    assert found.trajectory is not None
+    share = share_inside(leaves.truth.image, leaves.truth.displacement_px)
+    assert share[-1] < 0.5
+    seen = share >= 0.5
+    error_px = (found.trajectory.displacement_px - leaves.truth.displacement_px)[seen]
+    assert np.mean(error_px**2) < 0.01
+    assert found.figures.psnr_db is not None
+    assert found.figures.psnr_db > 25
+    first = int(np.flatnonzero(share < 0.98)[0])
+    told = [text for text in found.figures.found if "leaves the field" in text]
+    assert len(told) == 1
+    assert abs(int(told[0].split("frame ")[1].split()[0]) - first) < 15
+    assert not [doubt for doubt in found.figures.doubts if "total light changed" in doubt]
+    assert abs(found.figures.frames_masked - int(np.count_nonzero(~seen))) < 15
+
+
+def test_a_lamp_that_fades_is_no_object_that_leaves() -> None:
+    fades = recorded(0.4, led_drift_per_s=-1.0)
+    assert leaving(Measurement.of(fades)) is None
+    assert any("total light changed" in doubt for doubt in analyse(fades).figures.doubts)
+
+
+def test_without_the_frames_in_which_it_leaves_nothing_is_found(leaves: Recording) -> None:
+    assert leaving(Measurement.of(leaves.first(300))) is None
+    left = leaving(Measurement.of(leaves))
+    assert left is not None
+    assert 300 < left.end_frame < 400
+    assert np.array_equal(np.flatnonzero(left.whole.valid), np.arange(left.end_frame))
+
+
+def test_the_share_is_that_of_the_light_whose_pixels_are_inside() -> None:
+    """Three pixels of light 1, 2 and 1 in the last columns of a field of 8, and one too dark to be the object's."""
+    image = np.zeros((8, 8))
+    image[3, 4:7] = [1, 2, 1]
+    image[0, 0] = 0.15
+    away = np.array([[0, 0], [1.4, 0], [1.6, 0], [2.6, 0], [3.6, 0], [0, 5], [0, -3.4], [0, -3.6], [-4.6, 0]])
+    np.testing.assert_allclose(share_inside(image, away), [1, 1, 0.75, 0.25, 0, 0, 1, 0, 0.75])
+
+
+def test_a_path_goes_on_along_its_parabola() -> None:
+    frame = np.arange(100.0)
+    place_px = np.stack([0.3 * frame + 0.002 * frame**2, -0.1 * frame], axis=1)
+    known = place_px.copy()
+    known[70:] = known[69]
+    np.testing.assert_allclose(going_on(as_trajectory(known, 100, 3e-4), 70).displacement_px, place_px, atol=1e-9)
