@@ -1,4 +1,4 @@
-"""What the page reaches in a browser: ``python -m benchmarks.page [--seconds 2] [--viewers 1] [--frozen 0] [--picture FILE]``.
+"""What the page reaches in a browser: ``python -m benchmarks.page [--seconds 2] [--viewers 1] [--picture FILE | --alone]``.
 
 A run at 20 kHz (128 px) is simulated once; then its counts are played again in real time, by simulated devices whose light is
 known already, so that the computer has only that to do which it has on a real bench: record, follow the object, make images,
@@ -30,7 +30,7 @@ from instrument.analysis import analyse, store
 from instrument.config import CalibratedDevice, Calibration, DisplacementSection, write_calibration
 from instrument.live import LiveAnalysis
 from instrument.plan import MotionPlan
-from instrument.session import Event, ImageEvent
+from instrument.session import Event, ImageEvent, TrackingEvent
 from instrument.storage import open_recording
 from instrument.views import write_pictures
 from instrument.web import Board, Desk, PageServer, RunPage, Shelf
@@ -66,6 +66,8 @@ _SCALE = DisplacementSection(
 )
 """The scale that simulated benches have unless told otherwise."""
 
+_IMAGES_HZ = 52
+
 
 def main() -> None:
     """Print one line a figure."""
@@ -74,11 +76,15 @@ def main() -> None:
     parser.add_argument("--viewers", type=int, default=1, help="pages in the browser")
     parser.add_argument("--frozen", type=int, default=0, help="viewers that take nothing")
     parser.add_argument("--picture", type=Path, default=None, help="PNG to write: the page in the midst of the run")
+    parser.add_argument("--alone", action="store_true", help="no run: 52 images a second that were made before")
     arguments = parser.parse_args()
     chromium = os.environ.get("KINOPIX_CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
     if chromium is None:
         sys.exit("no Chromium: apt-get install chromium, or set KINOPIX_CHROMIUM to the program")
     print(f"cores {os.cpu_count()}, load {os.getloadavg()[0]:.1f}, {chromium}")
+    if arguments.alone:
+        alone(chromium, arguments.seconds)
+        return
     frames = round(arguments.seconds * 20_000 / 6)
     velocity = 12.0 / arguments.seconds
     plan = Plan(frames=frames, motion=MotionPlan(velocity_mm_s=velocity, acceleration_mm_s2=50.0))
@@ -149,6 +155,29 @@ def played(folder: Path, plan: Plan, program: str, arguments: argparse.Namespace
     )
     for tab in seen:
         _print(tab, first_edge_s, end_s, plan.frame_time_s)
+
+
+def alone(program: str, seconds: float) -> None:
+    """Show images that were made before, as often as a run makes them, and print what server and page take for it."""
+    board, pause = Board("no run"), Flag()
+    images = [np.random.default_rng(seed).random((128, 128)) for seed in range(8)]
+    with PageServer(board, port=0) as server, sync_playwright() as library:
+        tab = library.chromium.launch(executable_path=program, args=["--no-sandbox"]).new_page()
+        tab.goto(server.address)
+        pause.wait(1.0)
+        count = round(_IMAGES_HZ * seconds)
+        spent_s, begun_s = time.process_time(), time.time()
+        for k in range(count):
+            board(ImageEvent(frame=64 * k, image=images[k % len(images)]))
+            board(TrackingEvent(frame=64 * k, displacement_px=np.full((64, 2), 0.1 * k)))
+            pause.wait(max(0.0, begun_s + (k + 1) / _IMAGES_HZ - time.time()))
+        spent_s = time.process_time() - spent_s
+        pause.wait(0.3)
+        seen = tab.evaluate("kinopix.seen")
+    middle, late, latest = np.percentile(seen["delays_ms"], [50, 95, 100])
+    print(f"images painted: {len(seen['delays_ms']) / seconds:.1f} a second of {_IMAGES_HZ}")
+    print(f"from send to paint: median {middle:.1f} ms, 95 % {late:.1f} ms, at most {latest:.1f} ms")
+    print(f"the server's process used {spent_s / seconds:.2f} cores")
 
 
 def _print(seen: dict[str, Any], first_edge_s: float, end_s: float, frame_s: float) -> None:

@@ -20,6 +20,7 @@ from instrument.live import LiveAnalysis
 from instrument.session import ImageEvent, Instrument, RunAborted
 from instrument.storage import open_recording
 from instrument.web import Board, Desk, PageServer, RunPage, Shelf, serve_bench
+from instrument.web import server as server_module
 from protocols import Floats, InputError
 from tests.support.benches import SMALL, bench_toml
 from tests.support.held import HeldCounter
@@ -180,6 +181,15 @@ def test_another_address_without_a_token_is_refused_before_the_port_is_taken(hos
 def test_a_port_that_is_taken_is_told(open_to_all: PageServer) -> None:
     with pytest.raises(InputError, match=f"port {open_to_all.port} of 127.0.0.1 refused"):
         PageServer(Board("second"), port=open_to_all.port)
+
+
+def test_connections_send_at_once_what_they_are_given() -> None:
+    """Nagle's algorithm would hold each path and the image behind it for 40 ms."""
+    with ExitStack() as opened:
+        listening = opened.enter_context(server_module._bound("127.0.0.1", 0))  # pyright: ignore[reportPrivateUsage]
+        opened.enter_context(socket.create_connection(listening.getsockname()))
+        connection = opened.enter_context(listening.accept()[0])
+        assert connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
 
 
 def test_a_page_that_may_only_look_on_is_shown_the_door_when_it_asks(open_to_all: PageServer) -> None:
