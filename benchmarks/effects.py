@@ -25,7 +25,7 @@ from instrument.joint import refine
 from instrument.measurement import Measurement
 from instrument.numerics import displacement_mse, psnr
 from instrument.tracking import track
-from protocols import Floats
+from protocols import Floats, KinopixError
 from sim_backends.bench.objects import BUILT_INS
 
 _FALLOFF: Final = 0.35
@@ -127,7 +127,7 @@ class Effect:
             off_s = time.perf_counter() - started
             off_mse = displacement_mse(plain.trajectory.displacement_px[seen], truth_px[seen])
             off_db = psnr(plain.image.at_patterns, image, fit_gain=gain)
-        except ValueError as error:  # InputError is one: the light as it arrived leads nowhere
+        except (ValueError, KinopixError) as error:  # the light as it arrived leads nowhere
             print(f"  {self.title}, model off: {error}")
         found = analyse(recording)
         assert found.trajectory is not None  # noqa: S101

@@ -14,10 +14,10 @@ _PASSED_OVER: Final = 2
 _EACH_MORE: Final = 10.0
 """Cost of each pattern more by which the shift changes at once."""
 
-_BACK: Final = 0.6
+_BACK: Final = 0.75
 """Cost of a change back to no shift, over that of another: after a lost edge a gained one is likelier than either alone."""
 
-_START: Final = 0.6
+_START: Final = 0.4
 """Cost of a start with a shift, over that of a change: no level says that nothing changes there."""
 
 _EACH_PASSED: Final = 2.0

@@ -23,8 +23,8 @@ _BLOCK: Final = 256
 _THIRD: Final = 0.1855
 """What a third of the squares of normal deviates lie below: a third, as more than half may be near to a change in a short run."""
 
-_MOST_CHI2: Final = 30.0
-"""Cost at most of one level that jumps."""
+_MOST_CHI2: Final = 1000.0
+"""Square at most of one level that jumps: so high that the highest place stays the place of the change in bright light."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,6 +7,7 @@ from instrument.measurement.change_places import change_place
 from instrument.measurement.cheapest_shifts import cheapest_shifts
 from instrument.measurement.levels import Levels
 from instrument.measurement.opposites import deviations, noise_of, opposed, opposites
+from instrument.measurement.slips import Segment, Slips, in_step_again, slips_of
 from protocols import Floats
 
 FRAMES = 400
@@ -155,14 +156,16 @@ def test_a_jump_is_a_slip_where_all_levels_go_on_in_another_pattern() -> None:
 
 
 def test_a_run_starts_with_a_shift_where_pairs_say_so_by_more_than_it_is_unlikely() -> None:
-    """Each frame says 1 for a shift by +1: 400 in all, of which one start costs 30."""
+    """Each frame says 1 for a shift by +1: 400 in all, of which one start costs 20."""
     pairs = np.zeros((FRAMES, 7))
     pairs[:, 4] = -1.0
     shift, margin = shifts_of(pairs, light_of(), 0)
     assert shift == [1] * FRAMES
     assert margin.min() > 20
     assert margin[200] > 150
-    pairs[25:] = 0.0
+    pairs[21:] = 0.0
+    assert shifts_of(pairs, light_of(), 0)[0] == [1] * FRAMES
+    pairs[19:] = 0.0
     assert shifts_of(pairs, light_of(), 0)[0] == [0] * FRAMES
 
 
@@ -181,3 +184,66 @@ def test_a_place_that_is_not_told_is_one_of_several() -> None:
     _, first, last = change_place(light, noise, Levels.of(light, noise), 202, (0, -1))
     assert first <= 1204
     assert last == 1205
+
+
+def test_frames_passed_over_go_on_along_their_lines() -> None:
+    """Levels rise by 4 a frame; the two frames in which the shift changes hold nothing."""
+    light = lost(light_of(noise=1.0, slope=4.0), 1203)
+    light[200:202] = np.nan
+    jumps = np.zeros(FRAMES)
+    jumps[201] = 100.0
+    levels = Levels.of(light, np.full(light.shape, 1.0))
+    shift, _ = cheapest_shifts(np.zeros((FRAMES, 7)), jumps, levels, 50.0, margins=False)
+    assert shift[:200].tolist() == [0] * 200
+    assert shift[202:].tolist() == [-1] * 198
+
+
+def test_what_one_way_costs_more_than_another_is_its_margin() -> None:
+    """Without levels, jumps or a change: each other shift s costs 10 a frame, and 20 and 10 (|s| - 1) at its start."""
+    pairs = np.full((20, 7), 10.0)
+    pairs[:, 3] = 0.0
+    light = np.full((20, 6), np.nan)
+    shift, margin = cheapest_shifts(pairs, np.zeros(20), Levels.of(light, np.ones((20, 6))), 50.0, margins=True)
+    assert shift.tolist() == [0] * 20
+    # A start with +-1 that is back at once costs 20, 10 for its frame, 0.75 of 50, and six unknown levels of 5.
+    assert margin[0] == pytest.approx(20 + 10 + 37.5 + 30)
+    # The last frame alone: 50, six unknown levels, and its own.
+    assert margin[-1] == pytest.approx(50 + 30 + 10)
+
+
+def test_a_place_near_the_ends_is_told_too() -> None:
+    for value in (27, 6 * FRAMES - 27):
+        light = lost(light_of(noise=2.0), value)
+        noise = np.full(light.shape, 4.0)
+        place, _, _ = change_place(light, noise, Levels.of(light, noise), value // 6, (0, -1))
+        assert abs(place - value) <= 1
+
+
+def late(by: int) -> Slips:
+    return Slips((Segment(0, 10, by),), np.full(10, True))
+
+
+def test_values_are_moved_back_by_less_than_half_a_frame_and_not_across_one_that_is_not_sure() -> None:
+    values = np.arange(60.0).reshape(10, 6)
+    np.testing.assert_array_equal(in_step_again(values, late(2))[:9], values[:9] + 2)
+    assert np.isnan(in_step_again(values, late(2))[9, 4:]).all()
+    np.testing.assert_array_equal(in_step_again(values, late(-2))[1:], values[1:] - 2)
+    assert np.isnan(in_step_again(values, late(3))).all()
+    np.testing.assert_array_equal(
+        in_step_again(values[:, :2].copy(), Slips((Segment(0, 10, 1),), np.full(10, True)))[0], [1, 6]
+    )
+    unsure = late(2)
+    unsure.sure[5] = False
+    assert np.flatnonzero(np.isnan(in_step_again(values, unsure)).any(axis=1)).tolist() == [4, 5, 9]
+
+
+def test_nothing_is_said_of_few_frames_of_few_counts_or_without_a_pair() -> None:
+    light = np.roll(light_of(pair=40.0, noise=1.0).ravel(), 1).reshape(FRAMES, 6)
+    wild, photons = np.zeros(light.shape, bool), np.zeros(6)
+    assert slips_of(light, wild, photons, (4, 5)).segments == (Segment(0, FRAMES, 1),)
+    assert not slips_of(light, wild, photons, None).any
+    assert not slips_of(light, wild, photons, (3, 5)).any
+    assert not slips_of(light[:15], wild[:15], photons, (4, 5)).any
+    assert not slips_of(light / 40, wild, photons, (4, 5)).any  # pairs of 8 counts
+    assert slips_of(light / 40, wild, np.full(6, 1e-3), (4, 5)).any
+    assert not slips_of(np.full_like(light, np.nan), wild, photons, (4, 5)).any
