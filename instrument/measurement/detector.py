@@ -1,5 +1,6 @@
 """The light that arrived, and its variance, from what the detector counted."""
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -72,7 +73,7 @@ class Detector:
     def _light_of_paralyzed(self, counts: Floats) -> tuple[Floats, Floats]:
         """Correct counts of a paralyzable detector; as ``light``."""
         share = self.dead_time_s / self.picture_time_s
-        most = 1 / (np.e * share)
+        most = 1 / (math.e * share)
         if np.nanmax(counts, initial=0.0) > most + _CHANCE * np.sqrt(most):
             raise InputError(
                 saw=f"{float(np.nanmax(counts)):g} counts in a pattern of {self.picture_time_s * 1e6:g} us",
