@@ -16,6 +16,7 @@ clean: ; rm -rf .venv demo build dist *.egg-info
 
 .venv/ready: pyproject.toml constraints.txt
 	python3 -m venv .venv
-	$(PY) -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
-	$(PY) -c 'import instrument'  # compiles its loops, once
+	$(PY) -m pip install --no-compile --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
+	$(PY) -m compileall -q -j 0 .venv/lib || true  # on all cores: pip would take one
+	$(PY) -c 'import instrument.analysis, instrument.live'  # compiles their loops, once
 	touch $@

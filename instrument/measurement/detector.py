@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy import special
 
 from instrument.config import DeadTimeKind
 from instrument.recording import Recording
@@ -139,5 +138,7 @@ def noise_variance(values: Floats, light_weights: Floats, valid: Mask) -> float:
 
 def lambert_w(x: Floats) -> Floats:
     """Give W(x), the principal branch of w exp(w) = x, for x from -1/e on."""
+    from scipy import special  # noqa: PLC0415 - slow to load: only a paralyzable detector needs it
+
     branch: Any = special.lambertw
     return np.asarray(branch(x).real, np.float64)

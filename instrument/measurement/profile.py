@@ -1,10 +1,10 @@
 """How bright the modulator's field is lit."""
 
-from typing import Literal
+from collections.abc import Callable
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import NonNegativeFloat
-from scipy.interpolate import RectBivariateSpline
 
 from protocols import Floats, Frozen
 
@@ -34,9 +34,7 @@ class Profile(Frozen):
         rows, columns = (np.linspace(0, 1, count) for count in grid.shape)
         orders = [min(_CUBIC, count - 1) for count in grid.shape]
         middle = (np.arange(pixels) + 0.5) / pixels
-        return np.asarray(
-            RectBivariateSpline(rows, columns, grid, kx=orders[0], ky=orders[1])(middle, middle), np.float64
-        )
+        return np.asarray(_spline(rows, columns, grid, kx=orders[0], ky=orders[1])(middle, middle), np.float64)
 
     @classmethod
     def of(cls, picture: Floats, points: int = 9, *, sigma: float | None = None) -> "Profile":
@@ -51,9 +49,7 @@ class Profile(Frozen):
         places, middle = np.linspace(0, 1, points), (np.arange(pixels) + 0.5) / pixels
         weights = np.stack(
             [
-                RectBivariateSpline(places, places, np.outer(unit, np.ones(points)), kx=_CUBIC, ky=_CUBIC)(
-                    middle, [0.5]
-                )[:, 0]
+                _spline(places, places, np.outer(unit, np.ones(points)), kx=_CUBIC, ky=_CUBIC)(middle, [0.5])[:, 0]
                 for unit in np.eye(points)
             ],
             axis=1,
@@ -88,3 +84,9 @@ def _second_degree(rows: Floats, columns: Floats, spread: float = 0.0) -> Floats
     """``(rows, columns, 6)``: 1, y, x, y^2, x y, x^2 at each place, the squares averaged over a width of variance ``spread``."""
     y, x = np.meshgrid(rows, columns, indexing="ij")
     return np.stack([np.ones_like(x), y, x, y**2 + spread, x * y, x**2 + spread], axis=-1)
+
+
+def _spline(rows: Floats, columns: Floats, grid: Floats, *, kx: int, ky: int) -> Callable[[Any, Any], Floats]:
+    from scipy.interpolate import RectBivariateSpline  # noqa: PLC0415 - slow to load: only uneven light needs it
+
+    return RectBivariateSpline(rows, columns, grid, kx=kx, ky=ky)

@@ -4,7 +4,6 @@ from typing import Final
 
 import numpy as np
 from pydantic import NonNegativeFloat
-from scipy.optimize import minimize_scalar
 
 from protocols import Floats, Frozen, Mask
 
@@ -114,6 +113,7 @@ def ripples_seen(total: Floats, amplitude: Floats | None, valid: Mask, time_s: F
 
 def _line(series: Floats, time_s: Floats, near_hz: float, width_hz: float) -> Ripple:
     """Fit a cosine beside a constant to a series by least squares, its frequency near a given one."""
+    from scipy.optimize import minimize_scalar  # noqa: PLC0415 - slow to load: not while a counter counts
 
     def fitted(frequency_hz: float) -> tuple[Floats, float]:
         angle = 2 * np.pi * frequency_hz * time_s

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from protocols import Floats
 
@@ -55,6 +54,8 @@ def fit_circle(points: Floats) -> Circle | None:
 
     def distances(circle: Floats) -> Floats:
         return np.asarray(np.hypot(*(about - circle[:2]).T) - circle[2], np.float64)
+
+    from scipy.optimize import least_squares  # noqa: PLC0415 - slow to load: not while a counter counts
 
     fit = least_squares(distances, start, method="lm", max_nfev=200)
     jacobian = np.asarray(fit.jac, np.float64)

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from math import comb
 
 import numpy as np
-from scipy.linalg import solve_banded
 
 from instrument.numerics.compiled import compiled, inlined
 from protocols import Floats, Integers
@@ -92,6 +91,8 @@ class Spline:
 
         With L the Cholesky factor of the normal matrix, entry k, l is the product of y_k and y_l, where L y_k = e_k - e_0.
         """
+        from scipy.linalg import solve_banded  # noqa: PLC0415 - slow to load: not while a counter counts
+
         right = np.zeros((len(self.values), len(positions)))
         right[positions, np.arange(len(positions))] += 1
         right[0] -= 1
