@@ -1,9 +1,10 @@
 PY := .venv/bin/python
 
-.PHONY: demo test coverage lint mypy pyright format clean
-test coverage: export PYTHONDONTWRITEBYTECODE =  # a module is compiled once, not in each of the many processes of the tests
+.PHONY: demo test thorough coverage lint mypy pyright format clean
+test thorough coverage: export PYTHONDONTWRITEBYTECODE =  # a module is compiled once, not in each of the many processes of the tests
 demo: .venv/ready ; .venv/bin/kinopix demo --out demo --overwrite
 test: .venv/ready ; $(PY) -m pytest -n 2 --dist worksteal
+thorough: .venv/ready ; $(PY) -m pytest -n 2 --dist worksteal -m 'thorough or not thorough'
 coverage: .venv/ready ; $(PY) -m pytest -n 2 --dist worksteal --cov --cov-report=term --cov-fail-under=90
 lint: .venv/ready
 	$(PY) -m ruff check .

@@ -8,6 +8,7 @@ a loaded one the two threads wait for each other in busy loops, and a product ta
 from collections.abc import Generator
 from contextlib import contextmanager
 from functools import cache
+from importlib import import_module
 from threading import Lock
 from typing import Any
 
@@ -41,7 +42,8 @@ class BlasLimit:
 
 @cache
 def _controller() -> Any:
-    """Find the BLAS libraries of the process, once."""
+    """Find the BLAS libraries of the process, once. SciPy brings one of its own, which must be loaded to be found."""
+    import_module("scipy.linalg")
     return ThreadpoolController()
 
 

@@ -38,7 +38,9 @@ def inputs(folder: Path) -> list[object]:
     return ["--bench", bench_toml(folder), "--plan", plan_toml(folder, SHORT)]
 
 
-@pytest.mark.parametrize("name", range(len(NAMES)))
+@pytest.mark.parametrize(
+    "name", [pytest.param(k, marks=[pytest.mark.thorough] if k % 4 else []) for k in range(len(NAMES))]
+)
 def test_run_and_analyse_print_a_name_as_it_stands(tmp_path: Path, told: Told, name: int) -> None:
     folder = tmp_path / NAMES[name]
     out = folder / f"{NAMES[name]}.h5"  # a name with a slash is a folder and a name

@@ -134,8 +134,19 @@ MOMENTS = {
 }
 
 
-@pytest.mark.parametrize("how", ["send", "storm"])
-@pytest.mark.parametrize("moment", MOMENTS)
+STORMS = ("arming", "counting", "between audit and file", "while the file is closed", "while devices are closed")
+
+
+@pytest.mark.parametrize(
+    ("moment", "how"),
+    [
+        *((moment, "send") for moment in MOMENTS),
+        *(
+            pytest.param(moment, "storm", marks=[] if moment in STORMS else [pytest.mark.thorough])
+            for moment in MOMENTS
+        ),
+    ],
+)
 def test_ctrl_c_at_any_moment_of_a_run(tmp_path: Path, moment: str, how: str) -> None:
     """A storm begins there and goes on, every 2 ms, until the process has gone."""
     out = tmp_path / "run.h5"

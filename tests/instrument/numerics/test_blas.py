@@ -6,6 +6,7 @@ import sys
 
 PROGRAM = """
 from threading import Event, Thread
+import numpy
 from threadpoolctl import threadpool_info
 from instrument.numerics import one_blas_thread
 

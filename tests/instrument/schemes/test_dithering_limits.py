@@ -47,7 +47,9 @@ def _plan(case: tuple[str, int], frames: int = FRAMES) -> Plan:
     return plan_of(case[0], frames=frames, upsampling=case[1])
 
 
-@pytest.mark.parametrize("case", SAMPLES)
+@pytest.mark.parametrize(
+    "case", [pytest.param(case, marks=[pytest.mark.thorough] if k % 2 else []) for k, case in enumerate(SAMPLES)]
+)
 def test_any_object_on_any_smooth_motion_is_followed_within_the_dithering_limit(case: tuple[str, int]) -> None:
     """By every way of tracking."""
     plan = _plan(case)

@@ -72,7 +72,7 @@ def test_guos_processing_has_the_error_that_the_noise_of_four_patterns_makes(mot
     assert 3.0 < np.mean(alone) < 6.5
 
 
-@pytest.mark.parametrize("motion", ["I", "II"])
+@pytest.mark.parametrize("motion", [pytest.param("I", marks=pytest.mark.thorough), "II"])
 def test_guos_image_by_tval3s_model_has_about_20_db(motion: str) -> None:
     """Motion frame by frame, mu 16 on the whole field. The paper prints 20.3526 and 20.7173 dB."""
     found: list[float] = []
@@ -87,7 +87,7 @@ def test_guos_image_by_tval3s_model_has_about_20_db(motion: str) -> None:
     assert 19.5 < np.mean(found) < 22
 
 
-@pytest.mark.parametrize("motion", ["I", "II"])
+@pytest.mark.parametrize("motion", [pytest.param("I", marks=pytest.mark.thorough), "II"])
 def test_smoothing_and_joint_refinement_make_the_same_recordings_much_better(motion: str) -> None:
     """From some 4 px^2 and 21 dB; refinement takes the error of the dithered ramps away, too."""
     smooth: list[float] = []

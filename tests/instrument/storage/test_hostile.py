@@ -329,7 +329,10 @@ def mutate(file: Any, dice: np.random.Generator) -> None:
             file[name] = some_value(dice)
 
 
-@pytest.mark.parametrize("batch", range(6))
+BATCHES = [pytest.param(k, marks=[pytest.mark.thorough] if k > 2 else []) for k in range(6)]
+
+
+@pytest.mark.parametrize("batch", BATCHES)
 def test_a_file_of_a_random_structure_is_read_or_refused(tmp_path: Path, sound: bytes, batch: int) -> None:
     """Three hundred files, with one to three things changed in each."""
     write(tmp_path / "other.h5")
@@ -350,7 +353,7 @@ def test_a_file_of_a_random_structure_is_read_or_refused(tmp_path: Path, sound: 
     assert 10 < refused < 50
 
 
-@pytest.mark.parametrize("batch", range(6))
+@pytest.mark.parametrize("batch", BATCHES)
 def test_a_file_of_flipped_bytes_is_read_or_refused(tmp_path: Path, sound: bytes, batch: int) -> None:
     """Three hundred files, with one to eight bytes changed in each. No value is changed without a word."""
     expected = np.arange(48.0)

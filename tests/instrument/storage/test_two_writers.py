@@ -249,7 +249,7 @@ for kill in range(kills):
 
 
 @posix
-@pytest.mark.parametrize("old", [False, True])
+@pytest.mark.parametrize("old", [pytest.param(False, marks=pytest.mark.thorough), True])
 def test_a_run_killed_before_its_first_block_blocks_nothing(tmp_path: Path, *, old: bool) -> None:
     """Fifty kills from the beginning to the first block: the old recording whole, or the new one with what it has."""
     if old:

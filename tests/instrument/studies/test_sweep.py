@@ -116,7 +116,7 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.parametrize("by", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize("by", [pytest.param(signal.SIGINT, marks=pytest.mark.thorough), signal.SIGKILL])
 def test_an_interrupt_or_a_kill_leaves_no_process_and_what_is_finished(tmp_path: Path, marks: Path, by: int) -> None:
     script = tmp_path / "script.py"
     script.write_text(SCRIPT)
