@@ -17,7 +17,6 @@ import numpy as np
 
 from instrument import Instrument
 from instrument.calibration import (
-    ORIENTATIONS,
     PictureField,
     calibrate_alignment,
     calibrate_detector,
@@ -25,7 +24,7 @@ from instrument.calibration import (
     laid,
     target_letter,
 )
-from instrument.config import DeadTimeKind, bench_of_tables
+from instrument.config import ORIENTATIONS, DeadTimeKind, bench_of_tables
 
 _KINDS: tuple[DeadTimeKind, ...] = ("non-paralyzable", "paralyzable")
 _WHOLE = {"object": "square", "object_height_px": 128, "start_px": [64, 64]}

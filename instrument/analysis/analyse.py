@@ -8,7 +8,8 @@ from typing import TypeAlias, get_args
 import numpy as np
 
 from instrument.analysis.causes import numbers_that_end, refuse_endless, refuse_hopeless, refuse_size
-from instrument.analysis.find import find_image, find_path
+from instrument.analysis.explanations import explained
+from instrument.analysis.find import Found, find_image, find_path
 from instrument.analysis.leaving import follow_out, leaving
 from instrument.analysis.merit import Figures, figures_of
 from instrument.analysis.stage_figures import stage_figures
@@ -165,10 +166,15 @@ def analyse(
         tell("following the object", 0, 3)
         left = leaving(replace(measurement, normalise=normalise)) if tracking == "joint" and method == "tv" else None
         if left is None:
-            measurement = _lit(measurement, tracking, normalise)
-            path = find_path(measurement, tracking, mean_filter)
-            tell("reconstructing", 1, 3)
-            found = find_image(path, tracking, method, wanted, grid)
+
+            def find(run: Measurement) -> Found:
+                """Find path and image."""
+                path = find_path(_lit(run, tracking, normalise), tracking, mean_filter)
+                tell("reconstructing", 1, 3)
+                return find_image(path, tracking, method, wanted, grid)
+
+            found = explained(measurement, find) if tracking == "joint" else find(measurement)
+            measurement = found.measurement
         else:
             tell("reconstructing", 1, 3)
             found = follow_out(left, measurement.valid, wanted, grid)

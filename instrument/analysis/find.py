@@ -2,8 +2,10 @@
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from instrument.choices import Background, Grid, Method, Tracking, TrackingMethod
-from instrument.joint import grid_of, refine, refine_turn
+from instrument.joint import LostFrame, grid_of, refine, refine_turn
 from instrument.measurement import Measurement
 from instrument.reconstruction import Reconstruction, method_of, reconstruct
 from instrument.tracking import Trajectory, track, with_start
@@ -25,6 +27,15 @@ class Found:
 
     refinements: int = 0
     """Number of refinements of both together."""
+
+    position_misfit: float = np.nan
+    """As ``Refined.position_misfit`` says; NaN where nothing was refined."""
+
+    usual_misfit: float = np.nan
+    """Likewise."""
+
+    lost_frame: LostFrame | None = None
+    """A frame that may be lost; None where none is."""
 
 
 def find_path(measurement: Measurement, tracking: Tracking, mean_filter: int | None) -> Found:
@@ -75,7 +86,15 @@ def _shifted(found: Found, tracking: Tracking, method: Method, background: Backg
     if trajectory is not None and tracking == "joint":
         of_path = None if grid == "auto" else finer  # the path is the same for all methods
         refined = refine(measurement, trajectory, grid=of_path, background=background)
-        found = Found(refined.measurement, refined.trajectory, refined.image, refined.refinements)
+        found = Found(
+            refined.measurement,
+            refined.trajectory,
+            refined.image,
+            refined.refinements,
+            refined.position_misfit,
+            refined.usual_misfit,
+            refined.lost_frame,
+        )
         if method == "tv":
             return found
         still = chosen.finer and refined.image.still is not None

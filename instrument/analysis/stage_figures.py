@@ -4,6 +4,7 @@ from typing import Final
 
 import numpy as np
 
+from instrument.config import ORIENTATIONS, Orientation, upright_angle_deg
 from instrument.plan import MotionPlan
 from instrument.recording import Recording
 from instrument.tracking import Quantity, Trajectory
@@ -13,6 +14,8 @@ _SURE: Final = 2.0  # half-widths of the 95 % interval beyond which a ratio is n
 _LEAST: Final = 0.01  # relative difference of travels that is told
 _SETTLED_MM: Final = 0.02  # from its target at which a stage has arrived
 _MOVING: Final = 0.1  # of the velocity, above which a position tells a lag
+_AWAY_DEG: Final = 20.0  # from the calibrated axis at which the picture may lie otherwise
+_FEWEST_PX: Final = 4.0  # of travel below which a direction says nothing
 
 
 class StageFigures(Frozen):
@@ -30,11 +33,27 @@ class StageFigures(Frozen):
     end_error_mm: float | None
     """Position told after the run minus the one that was commanded; None where none was told."""
 
+    away_deg: float | None = None
+    """Direction in which the image moved, against that of the calibration, clockwise as one looks at the picture, -180 to 180;
+    None without a calibration, or with too little travel."""
+
+    lies: tuple[Orientation, ...] = ()
+    """How the picture may lie against that of the calibration, so that the image would move as it did; none where it lies alike,
+    or no way explains the direction."""
+
     def sentences(self) -> tuple[str, ...]:
         """Say what is not as it should be."""
         found: list[str] = []
         ratio = self.travel_ratio
-        if ratio is not None:
+        if self.away_deg is not None and abs(self.away_deg) > _AWAY_DEG:
+            sense = "clockwise" if self.away_deg > 0 else "counter-clockwise"
+            turned = f"the image moved {abs(self.away_deg):.0f} degrees {sense}"
+            found.append(
+                f"{turned} from the stage's calibrated axis: "
+                + (self._lies_otherwise() or "look at the stage's mounting")
+                + "; mend the optics or the modulator's flips, or calibrate again"
+            )
+        elif ratio is not None:
             half = (ratio.high - ratio.low) / 2
             if abs(ratio.value - 1) > max(_SURE * half, _LEAST):
                 found.append(
@@ -47,6 +66,13 @@ class StageFigures(Frozen):
                 "missed steps, or a stop"
             )
         return tuple(found)
+
+    def _lies_otherwise(self) -> str:
+        """Say how the picture may lie, and that the stage may have gone the other way."""
+        if not self.lies:
+            return ""
+        back = ", or the stage goes the other way" if "turned 180" in self.lies else ""
+        return f"the picture is {', or '.join(self.lies)}, against that of the calibration{back}"
 
     def row(self) -> str:
         """Give the figures as a person reads them."""
@@ -83,12 +109,38 @@ def stage_figures(recording: Recording, trajectory: Trajectory) -> StageFigures 
         ratio = Quantity(
             value=fit.travel.value / commanded_mm, sigma=fit.travel.sigma / abs(commanded_mm), low=low, high=high
         )
+    away_deg, lies = _direction(trajectory, commanded_mm)
     return StageFigures(
         commanded_mm=commanded_mm,
         travel_ratio=ratio,
         lag_s=_lag_s(recording, motion),
         end_error_mm=_end_error_mm(recording, motion),
+        away_deg=away_deg,
+        lies=lies,
     )
+
+
+def _direction(trajectory: Trajectory, commanded_mm: float) -> tuple[float | None, tuple[Orientation, ...]]:
+    """Hold the direction of the image's motion against the calibrated axis, and find how the picture may lie."""
+    scale = trajectory.scale
+    if scale is None:
+        return None, ()
+    expected_px = commanded_mm * np.array([scale.px_per_mm_x, scale.px_per_mm_y])
+    moved_px = trajectory.displacement_px[-1]
+    if min(np.hypot(*expected_px), np.hypot(*moved_px)) < _FEWEST_PX:
+        return None, ()
+    expected, moved = (float(np.rad2deg(np.arctan2(y, x))) for x, y in (expected_px, moved_px))
+    away_deg = _within_half_a_turn(moved - expected)
+    if abs(away_deg) <= _AWAY_DEG:
+        return away_deg, ()
+    ways = [
+        way for way in ORIENTATIONS if abs(_within_half_a_turn(upright_angle_deg(moved, way) - expected)) < _AWAY_DEG
+    ]
+    return away_deg, tuple(ways)
+
+
+def _within_half_a_turn(angle_deg: float) -> float:
+    return (angle_deg + 180) % 360 - 180
 
 
 def _lag_s(recording: Recording, motion: MotionPlan) -> float | None:

@@ -23,20 +23,17 @@ from instrument.calibration.displacement import (
 from instrument.calibration.mirrors import MirrorsResult, calibrate_mirrors, response
 from instrument.calibration.moving_run import displacement_of_run
 from instrument.calibration.orientation import (
-    ORIENTATIONS,
     Match,
     laid,
     match_target,
     place_of,
     upright,
-    upright_angle_deg,
 )
 from instrument.calibration.pictures import PictureCounts, PictureField, counts_of, together
 from instrument.calibration.profile import ProfileResult, calibrate_light, falloff_of
 
 __all__ = [
     "FEWEST_POSITIONS",
-    "ORIENTATIONS",
     "AlignmentResult",
     "DeadTimeFit",
     "DetectorResult",
@@ -71,6 +68,5 @@ __all__ = [
     "target_letter",
     "together",
     "upright",
-    "upright_angle_deg",
     "verdict_of",
 ]

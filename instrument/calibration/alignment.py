@@ -11,9 +11,9 @@ from typing import Final
 
 import numpy as np
 
-from instrument.calibration.orientation import Match, match_target, place_of, upright_angle_deg
+from instrument.calibration.orientation import Match, match_target, place_of
 from instrument.calibration.pictures import PictureField
-from instrument.config import AlignmentSection, Measured
+from instrument.config import AlignmentSection, Measured, upright_angle_deg
 from instrument.measurement import Wiring, first_light, light_of, wiring_of
 from instrument.patterns import letter
 from instrument.plan import Plan

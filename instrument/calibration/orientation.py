@@ -6,15 +6,13 @@ transform), heights and small turns of the target in each of its eight ways.
 """
 
 from dataclasses import dataclass
-from typing import Final, get_args
+from typing import Final
 
 import numpy as np
 from scipy import fft, ndimage
 
-from instrument.config import Orientation
+from instrument.config import ORIENTATIONS, Orientation
 from protocols import Floats
-
-ORIENTATIONS: Final[tuple[Orientation, ...]] = get_args(Orientation)
 
 _SMALLEST_PX: Final = 8.0
 _STEP: Final = 1.12
@@ -64,15 +62,6 @@ def upright(image: Floats, orientation: Orientation) -> Floats:
     way = ORIENTATIONS.index(orientation)
     turned = np.rot90(image, way % 4)
     return turned[:, ::-1] if way >= 4 else turned
-
-
-def upright_angle_deg(angle_deg: float, orientation: Orientation) -> float:
-    """Give the direction that a direction in the image (from x towards y) has when the image is turned upright, -180 to 180."""
-    way = ORIENTATIONS.index(orientation)
-    turned = angle_deg - 90 * (way % 4)
-    if way >= 4:
-        turned = 180 - turned
-    return (turned + 180) % 360 - 180
 
 
 def match_target(image: Floats, target: Floats, band: float = 1.0) -> Match:

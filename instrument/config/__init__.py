@@ -1,6 +1,6 @@
 """Configuration: TOML files read into checked models, and plug-ins found by name."""
 
-from instrument.config.alignment_section import AlignmentSection, Orientation
+from instrument.config.alignment_section import ORIENTATIONS, AlignmentSection, Orientation, upright_angle_deg
 from instrument.config.bench import BenchConfig, OnAbort, Resolved, ResolvedDevice, bench_of_tables, load_bench
 from instrument.config.calibration_file import (
     CalibratedDevice,
@@ -45,6 +45,7 @@ from instrument.config.template import bench_template, plan_template
 __all__ = [
     "DEFAULT_SCHEME",
     "NOTHING_KNOWN",
+    "ORIENTATIONS",
     "AlignmentSection",
     "Approach",
     "BenchConfig",
@@ -96,6 +97,7 @@ __all__ = [
     "scheme_problems",
     "settings_of",
     "updated_calibration",
+    "upright_angle_deg",
     "validate_table",
     "write_calibration",
 ]

@@ -1,6 +1,6 @@
 """The ``[alignment]`` section of a calibration file: how the image lies, and which way the stage goes in it."""
 
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Final, Literal, TypeAlias, get_args
 
 from pydantic import Field
 
@@ -18,6 +18,18 @@ Orientation: TypeAlias = Literal[
     "mirrored, turned 270",
 ]
 """How an image lies: mirrored left to right first, if at all, and then turned clockwise by so many degrees."""
+
+ORIENTATIONS: Final[tuple[Orientation, ...]] = get_args(Orientation)
+"""All eight."""
+
+
+def upright_angle_deg(angle_deg: float, orientation: Orientation) -> float:
+    """Give the direction that a direction in the image (from x towards y) has when the image is turned upright, -180 to 180."""
+    way = ORIENTATIONS.index(orientation)
+    turned = angle_deg - 90 * (way % 4)
+    if way >= 4:
+        turned = 180 - turned
+    return (turned + 180) % 360 - 180
 
 
 class AlignmentSection(Section):

@@ -66,6 +66,10 @@ class Evidence:
     hadamard: View
     """The difference I_H+ - I_H-."""
 
+    misfit: float
+    """Root mean square of what is left of the position values, over their noise, of the position pattern where it is largest:
+    about 1 where these values are of the object that the image shows, on the path that it is shown on."""
+
     @property
     def axes(self) -> tuple[AxisView, AxisView]:
         """Position patterns by axis."""
@@ -92,7 +96,9 @@ def evidence_of(problem: Problem, prediction: Prediction, offset: Floats) -> Evi
     x, y = (_axis_view(directions_of(problem, prediction, axis), prediction, residual) for axis in range(2))
     sigma = problem.values.difference_sigma
     of_difference = (problem.values.difference - prediction.difference) / sigma
-    return Evidence(x, y, View(of_difference, prediction.difference_slopes / sigma[:, None]))
+    squared = np.mean(residual**2 / (prediction.variance + _TINY), axis=0)
+    misfit = float(np.sqrt(squared.max()))
+    return Evidence(x, y, View(of_difference, prediction.difference_slopes / sigma[:, None]), misfit)
 
 
 def directions_of(problem: Problem, prediction: Prediction, axis: int) -> Directions:

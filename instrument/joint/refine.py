@@ -2,11 +2,14 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from instrument.choices import Background
 from instrument.joint.background import background_of
 from instrument.joint.detail import Picture, in_detail
 from instrument.joint.grid import grid_of
 from instrument.joint.iterate import Iterate
+from instrument.joint.lost_frame import LostFrame, lost_frame
 from instrument.joint.rounds import FEWEST_FRAMES, refined
 from instrument.measurement import Measurement, first_light
 from instrument.numerics import TvState, one_blas_thread
@@ -35,6 +38,16 @@ class Refined:
 
     measurement: Measurement
     """What was measured, corrected by the light model that the run determined."""
+
+    position_misfit: float = np.nan
+    """Root mean square of what image and path leave of the position values, over their noise, of the pattern where it is largest:
+    far above 1 where position and image contradict each other. NaN where there are too few frames to refine."""
+
+    usual_misfit: float = np.nan
+    """Misfit of the image with the usual smoothing on the patterns' grid, before detail is looked for."""
+
+    lost_frame: LostFrame | None = None
+    """A frame that may be lost, as the image says; None where none is."""
 
 
 @one_blas_thread()
@@ -100,4 +113,12 @@ def refine(
         )  # smaller pixels should explain more, not less
     problem = best.iterate.problem
     image = Reconstruction.of(problem, solution_of(problem, best.state), "tv")
-    return Refined(best.iterate.trajectory, image, best.iterate.refinements, best.iterate.measurement)
+    return Refined(
+        best.iterate.trajectory,
+        image,
+        best.iterate.refinements,
+        best.iterate.measurement,
+        refinement.position_misfit,
+        refinement.misfit,
+        None if refinement.state is None else lost_frame(refinement.iterate.problem, refinement.state),
+    )

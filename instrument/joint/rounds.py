@@ -46,6 +46,12 @@ class Refinement:
     penalty: float = np.inf
     """How strong the noise is, as ``TvState.penalty`` says."""
 
+    position_misfit: float = np.nan
+    """Misfit of the position values, as ``Evidence.misfit`` says, with the last image."""
+
+    state: TvState | None = None
+    """The last image; None where there are too few frames for one."""
+
 
 def refined(
     given: Iterate,
@@ -64,7 +70,7 @@ def refined(
     """
     if len(given.problem.values) < FEWEST_FRAMES:
         return Refinement(given)
-    current, misfit_given, misfit, penalty = given, np.inf, np.inf, np.inf
+    current, misfit_given, misfit, penalty, position_misfit = given, np.inf, np.inf, np.inf, np.nan
     predictor = Predictor.of(given.problem)
     superpixel = given.measurement.plan.superpixel
     for refinements in range(1, _MOST_REFINEMENTS + 1):
@@ -90,12 +96,13 @@ def refined(
             fit = fit_light(current.problem, prediction, light, superpixel)
             current, offset = current.lit_by(fit.light), fit.offset
         evidence = evidence_of(current.problem, prediction, offset)
+        position_misfit = evidence.misfit
         trajectory = _gauss_newton_step(evidence, current.problem.values.frame, current.trajectory)
         change_px = trajectory.displacement_px - current.trajectory.displacement_px
         current = current.along(trajectory)
         if np.mean(change_px**2) < _STANDS_STILL**2 * np.mean(trajectory.sigma_px**2):
             break
-    return Refinement(current, misfit_given, misfit, penalty)
+    return Refinement(current, misfit_given, misfit, penalty, position_misfit, state)
 
 
 def _gauss_newton_step(evidence: Evidence, frame: Integers, last: Trajectory) -> Trajectory:

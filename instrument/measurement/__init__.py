@@ -8,6 +8,7 @@ from instrument.measurement.image_values import ImageValues, fixed_columns
 from instrument.measurement.light_model import IDEAL, LightModel, Parameter, Source
 from instrument.measurement.light_stream import LightStream
 from instrument.measurement.measurement import Measurement
+from instrument.measurement.moved import after_lost_frame, by_patterns
 from instrument.measurement.profile import Profile
 from instrument.measurement.ripple import Ripple, ripples_seen
 from instrument.measurement.screening import Screened, screened, slips_of_counts, tell_slips, usable_frames
@@ -31,7 +32,9 @@ __all__ = [
     "Slips",
     "Source",
     "Wiring",
+    "after_lost_frame",
     "bordering_share",
+    "by_patterns",
     "first_light",
     "fixed_columns",
     "in_step_again",

@@ -92,6 +92,9 @@ class Measurement:
         recording = screening.recording
         scheme = scheme_of(recording.plan)
         values, variance = light_of(recording, scheme.light_weights)
+        if screening.inverted is not None:
+            single = fixed_columns(scheme)
+            variance[:, single] = light_of(screening.inverted, scheme.light_weights)[1][:, single]
         measurement = cls(
             plan=recording.plan,
             scheme=scheme,

@@ -11,7 +11,7 @@ import numpy as np
 
 from instrument.measurement.detector import noise_variance
 from instrument.measurement.finding import Finding
-from instrument.measurement.slips import Slips, in_step_again, slips_of
+from instrument.measurement.slips import Slips, in_step_again, moved_back, slips_of
 from instrument.measurement.wild_counts import wild_counts
 from instrument.measurement.wiring import Wiring, rewired, wiring_of
 from instrument.recording import Recording
@@ -38,6 +38,10 @@ class Screened:
     findings: tuple[Finding, ...]
     """What was found."""
 
+    inverted: Recording | None = None
+    """The recording with the values of inverted pictures, whose noise those of the position patterns have; None where the
+    pictures were not inverted."""
+
 
 def screened(recording: Recording) -> Screened:
     """Find what is wrong with the counts of a recording, and mend or mask it."""
@@ -54,8 +58,10 @@ def screened(recording: Recording) -> Screened:
     pair = _pair(scheme)
     wild = wild_counts(light, variance, pair)
     slips = slips_of(light, wild, variance, pair)
+    likely = light
     if slips.any:  # what was wild in a place of another pattern may be none in its own
         findings += tell_slips(slips)
+        likely = moved_back(light, slips)
         values, light = in_step_again(values, slips), in_step_again(light, slips)
         wild = wild_counts(light, variance, pair)
     else:
@@ -65,15 +71,20 @@ def screened(recording: Recording) -> Screened:
     values[wild] = np.nan
     light[np.isnan(values)] = np.nan
 
-    wiring, frames, share = wiring_of(light, variance, scheme, recording.plan.image_size)
+    # The frame that is all on may be the first one, near which a shift from the start is not sure.
+    seen = light.copy()
+    seen[:1] = np.where(np.isfinite(light[:1]), light[:1], likely[:1])
+    wiring, frames, share = wiring_of(seen, variance, scheme, recording.plan.image_size)
     findings += _tell_wiring(wiring, tuple(frames.tolist()), share)
-    values = rewired(values, wiring, scheme)
+    counted, values = values, rewired(values, wiring, scheme)
     if not findings:
         return Screened(recording, ())
     valid = recording.frame_valid & np.isfinite(values).all(axis=1)
     background = None if recording.background is None else rewired(recording.background, wiring, scheme)
-    kept = np.where(recording.frame_valid[:, None], values, recording.values)
-    return Screened(replace(recording, values=kept, frame_valid=valid, background=background), tuple(findings))
+    kept, noisy = (np.where(recording.frame_valid[:, None], of, recording.values) for of in (values, counted))
+    inverted = replace(recording, values=noisy, frame_valid=valid) if wiring == "inverted" else None
+    mended = replace(recording, values=kept, frame_valid=valid, background=background)
+    return Screened(mended, tuple(findings), inverted)
 
 
 def usable_frames(recording: Recording) -> Mask:

@@ -176,6 +176,11 @@ def in_step_again(values: Floats, slips: Slips) -> Floats:
     return _moved(values, slips.shift, slips.sure & (2 * np.abs(slips.shift) < max(values.shape[1], 3)))
 
 
+def moved_back(values: Floats, slips: Slips) -> Floats:
+    """Move the values back as ``in_step_again`` does, also where that is not sure."""
+    return _moved(values, slips.shift)
+
+
 def _moved(values: Floats, shift: Integers, sure: Mask | None = None) -> Floats:
     """Move values by so many patterns; NaN where they are not sure, or come from a frame of another shift."""
     per_frame = values.shape[1]

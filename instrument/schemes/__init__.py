@@ -2,6 +2,7 @@
 
 from instrument.config import SchemePlugin, SchemeSettings
 from instrument.schemes.columns import Axis, Column, Role, in_play_order
+from instrument.schemes.exchanged import exchanges
 from instrument.schemes.fourier_hadamard import FourierHadamard, FourierHadamardSettings
 from instrument.schemes.fringes import FringeSettings, fringe_patterns
 from instrument.schemes.hadamard_pairs import DitheredSettings, HadamardSettings, hadamard_rows, pair_light, sequence_of
@@ -34,6 +35,7 @@ __all__ = [
     "Signals",
     "TurnReading",
     "as_signals",
+    "exchanges",
     "fourier_reading",
     "fringe_patterns",
     "hadamard_rows",

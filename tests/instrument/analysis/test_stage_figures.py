@@ -67,6 +67,38 @@ def test_other_optics_than_the_calibration_s_are_told_with_the_ratio(recording: 
     assert "times the calibration" in sentence
 
 
+@pytest.mark.parametrize(
+    ("axis_deg", "away_deg", "lies"),
+    [
+        (-45.0, 90, ("turned 90", "mirrored, turned 180")),
+        (-135.0, 180, ("turned 180", "mirrored, turned 90")),
+        (120.0, -75, ("turned 270", "mirrored")),
+        (75.0, -30, ()),
+    ],
+)
+def test_a_picture_that_lies_otherwise_than_the_calibration_s_is_told(
+    recording: Recording, axis_deg: float, away_deg: float, lies: tuple[str, ...]
+) -> None:
+    """The image moves along the diagonal, 45 degrees, and all ways are named that turn the axis to within 20 degrees of it.
+
+    Mirrored left to right, -45 becomes 225, and 45 when turned by 180 more; 120 becomes 60.
+    """
+    assert recording.calibration is not None
+    known = recording.calibration.model_copy(
+        update={"displacement": displacement(1.8, axis_deg, image_size=32, superpixel=4)}
+    )
+    other = replace(recording, calibration=known)
+    found = stage_figures(other, track(other))
+    assert found is not None
+    assert found.away_deg is not None
+    assert (found.away_deg - away_deg + 180) % 360 - 180 == pytest.approx(0, abs=1.5)
+    assert found.lies == lies
+    (sentence,) = found.sentences()
+    assert f"the image moved {abs(found.away_deg):.0f} degrees {'counter-' * (found.away_deg < 0)}clockwise" in sentence
+    assert (" or ".join(lies) or "look at the stage's mounting") in sentence.replace(", or ", " or ")
+    assert ("the stage goes the other way" in sentence) == ("turned 180" in lies)
+
+
 def test_a_stage_that_tells_another_end_is_told(recording: Recording) -> None:
     log = recording.stage
     assert log is not None

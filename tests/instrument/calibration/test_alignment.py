@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from instrument.calibration import (
-    ORIENTATIONS,
     PictureField,
     calibrate_alignment,
     laid,
@@ -16,9 +15,8 @@ from instrument.calibration import (
     place_of,
     target_letter,
     upright,
-    upright_angle_deg,
 )
-from instrument.config import Orientation, bench_of_tables
+from instrument.config import ORIENTATIONS, Orientation, bench_of_tables, upright_angle_deg
 from instrument.session import Instrument
 from instrument.views import alignment_figure
 from protocols import Floats, InputError

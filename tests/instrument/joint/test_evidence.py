@@ -105,7 +105,7 @@ def _variance(amplitude: Floats | None, left: float = 0.0) -> Floats:
         return AxisView(View(np.zeros(ROWS), np.tile(slope, (ROWS, 1))), amplitude)
 
     hadamard = View(left * BLOCK_SIGN, np.ones((ROWS, 2)))
-    found = Evidence(axis_view([3.0, 0.0]), axis_view([0.0, 3.0]), hadamard)
+    found = Evidence(axis_view([3.0, 0.0]), axis_view([0.0, 3.0]), hadamard, misfit=1.0)
     variance: Floats = _gauss_newton_step(found, np.arange(ROWS), FLAT).sigma_px[-1] ** 2
     return variance
 

@@ -1,0 +1,102 @@
+"""Runs whose path and image contradict each other, and what explains it: fringes wired otherwise, frames lost as a whole."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from instrument import Analysis, Plan, Recording, analyse, simulate
+from instrument.measurement import Measurement, after_lost_frame, by_patterns
+from protocols import Floats
+
+PLAN = Plan(frames=600, image_size=64)
+
+
+def path(time_s: Floats) -> Floats:
+    return np.stack([14 * time_s / PLAN.run_time_s, 5 * time_s / PLAN.run_time_s], axis=1)
+
+
+@pytest.fixture(scope="module")
+def recording() -> Recording:
+    """At 150 photons of an all-on pattern."""
+    scene = {
+        "object": "letter-B",
+        "object_height_px": 18,
+        "start_px": [24.4, 29.7],
+        "noise": {"kind": "poisson", "peak_counts": 150.0, "seed": 5},
+    }
+    return simulate(PLAN, scene, path=path)
+
+
+@pytest.fixture(scope="module")
+def planned(recording: Recording) -> Analysis:
+    return analyse(recording)
+
+
+def without(recording: Recording, frame: int) -> Recording:
+    """Lose a frame; the last one is there twice, so that the run is as long as planned."""
+    values = np.concatenate([np.delete(recording.values, frame, axis=0), recording.values[-1:]])
+    return replace(recording, values=values)
+
+
+def test_nothing_is_explained_where_nothing_contradicts(planned: Analysis) -> None:
+    assert planned.figures.found == ()
+
+
+@pytest.mark.parametrize(
+    ("order", "told"),
+    [
+        ([2, 3, 0, 1, 4, 5], "the fringes along x and y are exchanged"),
+        ([1, 0, 2, 3, 4, 5], "phases in the place of x come in the reverse order"),
+        (
+            [3, 2, 0, 1, 4, 5],
+            "the fringes along x and y are exchanged, and phases in the place of x come in the reverse order",
+        ),
+    ],
+)
+def test_fringes_that_are_wired_otherwise_are_named_and_taken_so(
+    recording: Recording, planned: Analysis, order: list[int], told: str
+) -> None:
+    found = analyse(replace(recording, values=recording.values[:, order]))
+    assert found.figures.found == (told,)
+    assert any(told in doubt for doubt in found.figures.doubts)
+    assert found.trajectory is not None
+    assert planned.trajectory is not None
+    np.testing.assert_allclose(found.trajectory.displacement_px, planned.trajectory.displacement_px, atol=0.1)
+
+
+@pytest.mark.parametrize("lost", [40, 250])
+def test_a_frame_that_was_lost_is_named_and_what_follows_moved_back(
+    recording: Recording, planned: Analysis, lost: int
+) -> None:
+    found = analyse(without(recording, lost))
+    (told,) = found.figures.found
+    first, *last = (int(word) for word in told.split() if word.isdigit())
+    assert told.startswith("a whole frame was lost at frame")
+    assert first <= lost + 1
+    assert lost - 1 <= (last or [first])[0]
+    assert found.figures.psnr_db is not None
+    assert planned.figures.psnr_db is not None
+    assert found.figures.psnr_db > planned.figures.psnr_db - 0.5
+    assert 0 < found.figures.frames_masked < 40
+
+
+def test_values_are_moved_by_patterns(recording: Recording) -> None:
+    run = Measurement.of(recording)
+    late = by_patterns(run, 1)
+    np.testing.assert_array_equal(late.values.ravel()[:-1], run.values.ravel()[1:])
+    assert np.flatnonzero(~late.valid).tolist() == [599]
+    early = by_patterns(run, -2)
+    np.testing.assert_array_equal(early.values.ravel()[2:], run.values.ravel()[:-2])
+    np.testing.assert_array_equal(early.variance.ravel()[2:], run.variance.ravel()[:-2])
+    assert np.flatnonzero(~early.valid).tolist() == [0]
+
+
+def test_frames_after_a_lost_one_are_moved_by_a_frame_and_those_in_doubt_masked(recording: Recording) -> None:
+    run = Measurement.of(recording)
+    moved = after_lost_frame(run, 100, 98, 103)
+    np.testing.assert_array_equal(moved.values[101:], run.values[100:-1])
+    np.testing.assert_array_equal(moved.variance[101:], run.variance[100:-1])
+    np.testing.assert_array_equal(moved.values[:101], run.values[:101])
+    assert np.flatnonzero(~moved.valid).tolist() == [98, 99, 100, 101, 102, 103]
+    assert np.flatnonzero(~after_lost_frame(run, 100, 100, 99).valid).tolist() == [100]
