@@ -99,6 +99,24 @@ def test_a_bounce_so_late_that_it_passes_for_the_next_edge_masks_both_frames(cle
     assert np.flatnonzero(~cut.frame_valid).tolist() == [99, 100]
 
 
+def test_what_is_taken_as_its_complement_keeps_the_noise_of_the_counts_that_came() -> None:
+    """Photon counts have the variance of the counts: for 30 of 100 that are taken as 70 it is 30."""
+    recording = recorded(mirrors_inverted=True)
+    found = Measurement.of(recording)
+    valid = found.valid
+    np.testing.assert_allclose(found.variance[valid, :4], recording.values[valid, :4])
+    np.testing.assert_allclose(found.variance[valid, 4], recording.values[valid, 5])
+
+
+def test_inverted_mirrors_are_seen_of_a_run_that_is_late_from_the_start_too() -> None:
+    """The pattern that is all on is in the first frame, near which the shift is not sure."""
+    recording = recorded(mirrors_inverted=True)
+    late = np.roll(recording.values.ravel(), 1).reshape(recording.values.shape)
+    found = measured(recording, late)
+    assert [finding.kind for finding in found.findings] == ["shifted patterns", "wiring"]
+    assert found.findings[1].frames == (0,)
+
+
 def test_exchanged_pairs_and_inverted_mirrors_are_told_apart_and_mended(clean: Recording) -> None:
     exchanged = measured(clean, clean.values[:, [0, 1, 2, 3, 5, 4]])
     assert np.array_equal(exchanged.values, clean.values)

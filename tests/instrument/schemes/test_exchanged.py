@@ -23,8 +23,8 @@ def light_of(scheme: Scheme, column_px: float, row_px: float) -> Floats:
 def test_there_are_ten_ways() -> None:
     """Eight of axes and orders but the planned one, and bright and dark of fringes, pair, or both."""
     assert len(NAMES) == 10
-    assert exchanges(scheme_of(Plan(frames=8, image_size=32, scheme="hadamard"))) == {}
-    assert exchanges(scheme_of(Plan(frames=8, image_size=32, scheme="moment"))) == {}
+    assert exchanges(scheme_of(Plan.model_validate({"frames": 8, "image_size": 32, "scheme": "hadamard"}))) == {}
+    assert exchanges(scheme_of(Plan.model_validate({"frames": 8, "image_size": 32, "scheme": "moment"}))) == {}
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -1,0 +1,121 @@
+"""Whether runs whose patterns are not where they were planned are named by their cause, and mended.
+
+``python -m benchmarks.contradictions [--runs 50] [--counts 50] [--flaws]``, from the repository's root. Runs are those of
+``benchmarks.doubt``, without edge times. "named" are runs with the right cause among what the analysis tells, "mended" those
+whose path is within twice the squared error of the run as planned (or 0.05 px^2) and whose image is within 1 dB of it; "s" is
+the mean time of an analysis. A lost frame is drawn from the first two thirds of the run; "placed" means that the range told holds it.
+Mirrored and turned images are not here: that takes a stage and its calibration, and is exact (see the tests).
+"""
+
+import argparse
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from benchmarks.doubt import FRAMES, recorded
+from instrument import Analysis, Recording, analyse
+from protocols import Floats, InputError
+
+Change = Callable[[Floats, int], Floats]
+
+
+def _columns(*order: int) -> Change:
+    return lambda values, _lost: values[:, list(order)]
+
+
+def _rolled(by: int) -> Change:
+    return lambda values, _lost: np.roll(values.ravel(), by).reshape(values.shape)
+
+
+def _without(values: Floats, lost: int) -> Floats:
+    return np.concatenate([np.delete(values, lost, axis=0), values[-1:]])
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One way in which patterns are not where they were planned."""
+
+    change: Change
+    """Gives the values as they would come, from those as planned and the frame that is lost."""
+
+    words: tuple[str, ...]
+    """Words of which one must be told; none for nothing at all."""
+
+
+KINDS: Final[Mapping[str, Kind]] = {
+    "as planned": Kind(lambda values, _lost: values, ()),
+    "axes exchanged": Kind(_columns(2, 3, 0, 1, 4, 5), ("along x and y are exchanged",)),
+    "x phases reversed": Kind(_columns(1, 0, 2, 3, 4, 5), ("in the place of x come in the reverse",)),
+    "H- first": Kind(_columns(0, 1, 2, 3, 5, 4), ("H- comes first", "the fringes are inverted")),
+    "one pattern late": Kind(_rolled(1), ("late",)),
+    "one pattern early": Kind(_rolled(-1), ("early",)),
+    "a frame lost": Kind(_without, ("a whole frame was lost",)),
+}
+"""On benches with inverted mirrors, exchanged H+ and H- are inverted fringes."""
+
+
+@dataclass
+class Line:
+    """What came of one kind."""
+
+    named: int = 0
+    mended: int = 0
+    placed: int = 0
+    took_s: float = 0.0
+
+    def add(self, kind: Kind, run: Recording, lost: int, planned: Analysis) -> None:
+        """Analyse one run."""
+        started_s = time.perf_counter()
+        try:
+            found = analyse(replace(run, values=kind.change(run.values, lost))).figures
+        except InputError:
+            return
+        finally:
+            self.took_s += time.perf_counter() - started_s
+        own = [text for text in found.found if text not in planned.figures.found or not kind.words]
+        told = [text for text in own if any(word in text for word in kind.words)]
+        self.named += (
+            bool(told) if kind.words else not [text for text in own if "inverts" not in text and "wild" not in text]
+        )
+        before = planned.figures
+        assert found.displacement_mse_px2 is not None  # noqa: S101  (a simulated run has a truth)
+        assert before.displacement_mse_px2 is not None  # noqa: S101
+        assert found.psnr_db is not None  # noqa: S101
+        assert before.psnr_db is not None  # noqa: S101
+        near = found.displacement_mse_px2 < max(2 * before.displacement_mse_px2, 0.05)
+        self.mended += near and found.psnr_db > before.psnr_db - 1
+        numbers = [int(word) for text in told for word in text.split() if word.isdigit()]
+        self.placed += bool(numbers) and min(numbers) <= lost + 1 and lost - 1 <= max(numbers)
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--runs", type=int, default=50, help="runs of each kind")
+    parser.add_argument("--first", type=int, default=0, help="first seed")
+    parser.add_argument("--counts", type=float, default=50.0, help="counts of an all-on pattern")
+    parser.add_argument("--flaws", action="store_true", help="on benches with flaws drawn at random")
+    arguments = parser.parse_args()
+    runs: int = arguments.runs
+    first: int = arguments.first
+    lines = {name: Line() for name in KINDS}
+    for seed in range(first, first + runs):
+        rng = np.random.default_rng([13, seed])
+        run = recorded(rng, arguments.counts, ideal=not arguments.flaws)
+        lost = int(rng.integers(3, 2 * FRAMES // 3))
+        planned = analyse(run)
+        for name, kind in KINDS.items():
+            lines[name].add(kind, run, lost, planned)
+        print(seed, lost, {name: (line.named, line.mended) for name, line in lines.items()}, flush=True)
+    print("| kind | runs | named | mended | placed | s |")
+    print("|---|---|---|---|---|---|")
+    for name, line in lines.items():
+        placed = line.placed if "lost" in name else "-"
+        print(f"| {name} | {runs} | {line.named} | {line.mended} | {placed} | {line.took_s / runs:.2f} |")
+
+
+if __name__ == "__main__":
+    main()
