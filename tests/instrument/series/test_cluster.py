@@ -15,7 +15,7 @@ from instrument.series import analyse_series, recordings_in
 from instrument.storage import program
 from instrument.studies import sweep
 from instrument.workers import Job, PathMap, Where, carry_out
-from instrument.workers.cluster import done_by_the_same
+from instrument.workers.job import done_by_the_same
 from protocols import InputError, KinopixError
 from tests.instrument.series.same import assert_same_analysis
 from tests.instrument.studies import tiny
