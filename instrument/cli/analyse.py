@@ -111,11 +111,9 @@ def analyse_file(
             tracking=tracking != "joint",
             method=method != "tv",
             frames=frames is not None,
-            background=background != "auto",
             grid=grid != "auto",
             mean_filter=mean_filter is not None,
             normalise=normalise != "auto",
-            pictures=pictures is not None,
             table=bool(table),
             again=again,
             workers=workers is not None,
@@ -123,7 +121,16 @@ def analyse_file(
             path_map=bool(path_map),
             scratch=scratch is not None,
         )
-        in_windows(files[0], window, window_images, results, as_json=as_json)
+        in_windows(
+            files[0],
+            window,
+            window_images,
+            results,
+            background=background,
+            pictures=None if no_pictures else pictures or (results or files[0]).parent,
+            kind=kind,
+            as_json=as_json,
+        )
         return
     options = SeriesOptions(
         workers=workers,

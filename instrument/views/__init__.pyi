@@ -42,6 +42,7 @@ from .terminal import warn as warn
 from .terminal import warned as warned
 from .trace import Trace as Trace
 from .window_film import write_window_film as write_window_film
+from .window_pictures import write_window_pictures as write_window_pictures
 
 __all__ = [
     "ERR",
@@ -88,4 +89,5 @@ __all__ = [
     "write_pictures",
     "write_study_pictures",
     "write_window_film",
+    "write_window_pictures",
 ]
