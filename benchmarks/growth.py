@@ -157,10 +157,13 @@ def main() -> None:
         exponent([c.size for c in by_size], [c.whole_s for c in by_size]),
         exponent([c.frames for c in by_frames], [c.rows_mb for c in by_frames]),
         exponent([c.size for c in by_size], [c.rows_mb for c in by_size]),
+        exponent([c.frames for c in by_frames], [c.peak_mb for c in by_frames]),
+        exponent([c.size for c in by_size], [c.peak_mb for c in by_size]),
     ]
     print(
-        f"Time of the whole analysis grows as frames^{growth[0]:.2f} and as size^{growth[1]:.2f} (pixels a side); "
-        f"memory of the rows as frames^{growth[2]:.2f} and size^{growth[3]:.2f} (a dense matrix: 1 and 2). Drawn in {path}."
+        f"Time of the whole analysis grows as frames^{growth[0]:.2f} and size^{growth[1]:.2f} (pixels a side); "
+        f"memory of the rows as frames^{growth[2]:.2f} and size^{growth[3]:.2f} (a dense matrix: 1 and 2), "
+        f"and of the whole analysis as frames^{growth[4]:.2f} and size^{growth[5]:.2f}. Drawn in {path}."
     )
 
 

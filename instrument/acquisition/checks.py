@@ -6,7 +6,7 @@ from typing import Literal, cast
 
 import numpy as np
 
-from instrument.acquisition.memory import available_bytes, needed_bytes
+from instrument.acquisition.memory import analysis_bytes, available_bytes, recording_bytes
 from instrument.acquisition.whereabouts import Whereabouts, leaving, where_in_words, whereabouts
 from instrument.config import Calibration, PluginBroken
 from instrument.plan import Plan
@@ -205,17 +205,23 @@ def _memory(built: PatternSequence, limits: ModulatorLimits) -> list[Check]:
 
 
 def _computer_memory(plan: Plan, available: int | None) -> Check:
-    needed = needed_bytes(plan)
-    message = f"{needed / 1e6:.0f} MB for the run and its analysis"
+    recorded, analysed = recording_bytes(plan), analysis_bytes(plan)
+    message = f"{analysed / 1e6:.0f} MB for the run and its analysis"
     if available is None:
         return Check("computer memory", "warning", f"{message}; this system does not tell what it has")
-    if needed > available:
+    if recorded > available:
         error = PlanError(
-            saw=f"a plan that takes {message}",
+            saw=f"a plan that takes {recorded / 1e6:.0f} MB to record",
             expected=f"at most the {available / 1e6:.0f} MB that this computer has left",
             remedy="lower frames or image_size, close other programs, or record on a computer with more memory",
         )
         return _error("computer memory", error)
+    if analysed > available:
+        at_once = (
+            f"{analysed / 1e6:.0f} MB with its analysis at once, more than the {available / 1e6:.0f} MB that are left"
+        )
+        advice = "analyse it in windows (kinopix analyse --window 50000)"
+        return Check("computer memory", "warning", f"{recorded / 1e6:.0f} MB for the run; {at_once}: {advice}")
     return _good("computer memory", f"{message}; {available / 1e6:.0f} MB are left")
 
 

@@ -11,17 +11,30 @@ from instrument.schemes import scheme_of
 PROGRAM_BYTES: Final = 230_000_000
 """The program itself, with numpy, scipy and compiled loops: 213 MB, measured."""
 
+RECORDED_BYTES: Final = 128
+"""One pattern while it is recorded, and read back at the end: 62 bytes, measured; twice that for safety."""
+
 PATTERN_BYTES: Final = 1024
-"""Counts, times, variances and estimates of one pattern while they are analysed: 500 bytes, measured; twice that for safety."""
+"""Counts, times, variances and estimates of one pattern while all are analysed at once, and not in windows: 500 bytes, measured;
+twice that for safety."""
 
 PIXEL_BYTES: Final = 2.5
 """For each pixel of each frame's Hadamard pattern, while patterns are made: 70 MB for 1,666 patterns of 128 x 128, measured."""
 
 
-def needed_bytes(plan: Plan) -> int:
-    """Give the memory that a run of a plan and the analysis of its recording take, in bytes."""
+def recording_bytes(plan: Plan) -> int:
+    """Give the memory that a run of a plan takes, in bytes."""
+    return _bytes(plan, RECORDED_BYTES)
+
+
+def analysis_bytes(plan: Plan) -> int:
+    """Give the memory that a run of a plan and the analysis of its recording, all at once, take, in bytes."""
+    return _bytes(plan, PATTERN_BYTES)
+
+
+def _bytes(plan: Plan, of_a_pattern: int) -> int:
     unique = min(plan.frames, plan.image_size**2) if scheme_of(plan).image_rows is not None else 0
-    return round(PROGRAM_BYTES + PATTERN_BYTES * plan.patterns + PIXEL_BYTES * unique * plan.image_size**2)
+    return round(PROGRAM_BYTES + of_a_pattern * plan.patterns + PIXEL_BYTES * unique * plan.image_size**2)
 
 
 def available_bytes(proc: Path = Path("/proc/meminfo"), group: Path = Path("/sys/fs/cgroup")) -> int | None:

@@ -4,16 +4,18 @@ Only one window is read and held at a time, and of each frame only its place is 
 """
 
 import time
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Final
+from typing import Final, Self
 
 import numpy as np
 
 from instrument.analysis.analyse import OnStep
 from instrument.analysis.causes import numbers_that_end, refuse_hopeless
 from instrument.analysis.merit import Figures
+from instrument.analysis.stored import background_choice
+from instrument.choices import Background
 from instrument.config import DisplacementSection
 from instrument.joint import refine
 from instrument.measurement import IDEAL, LightModel, Measurement, first_light
@@ -21,7 +23,7 @@ from instrument.numerics import displacement_mse, offset_free_mse, one_blas_thre
 from instrument.reconstruction import reconstruct
 from instrument.recording import Recording
 from instrument.schemes import scheme_of
-from instrument.storage import open_recording, recording_info, refuse_unchangeable, write_analysis
+from instrument.storage import open_recording, recording_info, refuse_unchangeable, refuse_while_written, write_analysis
 from instrument.tracking import JoinedPath, Trajectory, Window, track, windows_of
 from protocols import Floats, InputError
 
@@ -45,6 +47,9 @@ class WindowImage:
     misfit: float
     """Root mean square of what image and path leave unexplained, over the noise."""
 
+    still: Floats | None = None
+    """``(m, m)``: image of what stands still, on the same scale; None where it was not asked for, or not found."""
+
 
 @dataclass(frozen=True, eq=False)
 class Windowed:
@@ -65,6 +70,9 @@ class Windowed:
     figures: Figures
     """Figures of merit of the whole run. The image has none, as there are several."""
 
+    truth_px: Floats | None = None
+    """``(frames, 2)``: the true displacement, of a simulated run."""
+
 
 @dataclass
 class _Gathered:
@@ -78,12 +86,43 @@ class _Gathered:
     took_s: float = 0.0
 
 
+@dataclass(frozen=True)
+class _Behind:
+    """A recording of what stands still, without the object."""
+
+    path: Path
+    frames: int
+
+    @classmethod
+    def of(cls, path: Path, windows: Sequence[Window]) -> Self:
+        """Look at it, before the work.
+
+        Raises:
+            InputError: it is being written, cannot be read, or is shorter than a window.
+        """
+        refuse_while_written(path)
+        frames, longest = recording_info(path).frames, max(window.end - window.first for window in windows)
+        if frames < longest:
+            raise InputError(
+                saw=f"a background of {frames} frames, {path}",
+                expected=f"as many as a window has, {longest}",
+                remedy="record it for longer, by the same plan without [motion] and without the object, or take smaller windows",
+            )
+        return cls(path, frames)
+
+    def during(self, window: Window) -> Recording:
+        """Give the frames of a window, or as many from the first on, which have the same patterns: windows are whole cycles."""
+        first = window.first if window.end <= self.frames else 0
+        return open_recording(self.path, (first, first + window.end - window.first))
+
+
 @one_blas_thread()
 def analyse_in_windows(
     path: str | Path,
     *,
     window_frames: int = WINDOW_FRAMES,
     images: Collection[int] | None = None,
+    background: str | Path | Background = "auto",
     results: str | Path | None = None,
     on_step: OnStep | None = None,
 ) -> Windowed:
@@ -97,6 +136,9 @@ def analyse_in_windows(
         path: file of the recording.
         window_frames: frames of a window at least; rounded up to whole cycles.
         images: numbers of the windows of which an image is made; None for all.
+        background: file of a recording of the same patterns without the object, to be subtracted: as long as the run, or as a
+            window, when its first frames serve for every window, as patterns come again; or whether the light of something
+            that stands still is found together with the object in windows of which an image is made, as in ``analyse``.
         results: a new file for a copy with the analysis; None writes into the recording.
         on_step: function that is called with what begins, the number of windows done, and the number of all.
 
@@ -105,6 +147,7 @@ def analyse_in_windows(
     """
     path = Path(path)
     refuse_unchangeable(path, None if results is None else Path(results))
+    fitted, behind = background_choice(background)
     started_s, frame_time_s = time.perf_counter(), 1.0
     info = recording_info(path)
     if info.plan is None or not info.frames:
@@ -116,6 +159,7 @@ def analyse_in_windows(
     frames, has_image = info.frames, scheme_of(info.plan).image_rows is not None
     windows = windows_of(frames, window_frames, info.plan.image_size**2 if has_image else _NO_CYCLE)
     wanted = _wanted(images, len(windows), has_image=has_image)
+    empty = None if behind is None else _Behind.of(behind, windows)
     whole, gathered = JoinedPath(frames), _Gathered()
     made: list[WindowImage] = []
     light: LightModel | None = None
@@ -124,25 +168,29 @@ def analyse_in_windows(
         if on_step is not None:
             on_step("following the object", number, len(windows))
         recording = open_recording(path, (window.first, window.end))
+        if empty is not None:
+            recording = recording.minus(empty.during(window))
         measurement = _lit(recording, light)
         light, frame_time_s = measurement.light, measurement.frame_time_s
         scale = None if recording.calibration is None else recording.calibration.displacement
         _gather(gathered, measurement, window)
-        imaged = number in wanted
+        imaged, still = number in wanted, False
         with numbers_that_end():
             own = track(measurement)
             if imaged:  # which refines the path as well
                 if on_step is not None:
                     on_step("path and image together", number, len(windows))
-                refined = refine(measurement, own)
+                refined = refine(measurement, own, background=fitted)
                 measurement, own = refined.measurement, refined.trajectory
+                still = refined.image.still is not None
             start_px = whole.add(window, own)
             if imaged:
-                made.append(_image(measurement, own, start_px, window))
+                made.append(_image(measurement, own, start_px, window, still=still))
     trajectory = replace(whole.trajectory(frame_time_s), scale=scale)
     gathered.light, gathered.took_s = light or IDEAL, time.perf_counter() - started_s
-    figures = _figures(trajectory, gathered, made, _truth_px(path, frames))
-    done = Windowed(path, trajectory, tuple(made), tuple(windows), figures)
+    truth_px = _truth_px(path, frames)
+    figures = _figures(trajectory, gathered, made, truth_px)
+    done = Windowed(path, trajectory, tuple(made), tuple(windows), figures, truth_px)
     _store(done, window_frames, results)
     if on_step is not None:
         on_step("done", len(windows), len(windows))
@@ -179,10 +227,10 @@ def _gather(gathered: _Gathered, measurement: Measurement, window: Window) -> No
     gathered.doubts += tuple(f"{where}: {finding.sentence}" for finding in measurement.findings)
 
 
-def _image(measurement: Measurement, path: Trajectory, start_px: Floats, window: Window) -> WindowImage:
+def _image(measurement: Measurement, path: Trajectory, start_px: Floats, window: Window, *, still: bool) -> WindowImage:
     moved = replace(path, displacement_px=path.displacement_px + start_px)
-    found = reconstruct(measurement, moved, "tv")
-    return WindowImage(window, found.at_patterns, found.misfit)
+    found = reconstruct(measurement, moved, "tv", still=still)
+    return WindowImage(window, found.at_patterns, found.misfit, found.still)
 
 
 def _figures(trajectory: Trajectory, gathered: _Gathered, made: list[WindowImage], truth_px: Floats | None) -> Figures:
@@ -199,6 +247,7 @@ def _figures(trajectory: Trajectory, gathered: _Gathered, made: list[WindowImage
         analysis_s=gathered.took_s,
         light=gathered.light,
         grid=1 if made else None,
+        background_share=_background_share(made),
         found=gathered.found,
         doubts=gathered.doubts,
         displacement_mse_px2=None if truth_px is None else displacement_mse(trajectory.displacement_px, truth_px),
@@ -206,6 +255,15 @@ def _figures(trajectory: Trajectory, gathered: _Gathered, made: list[WindowImage
         if truth_px is None
         else offset_free_mse(trajectory.displacement_px, truth_px),
     )
+
+
+def _background_share(made: list[WindowImage]) -> float | None:
+    """Share of the light that stands still, of the first window where it was found."""
+    for one in made:
+        if one.still is not None:
+            behind, own = float(one.still.sum()), float(one.image.sum())
+            return behind / max(behind + own, 1e-300)
+    return None
 
 
 def _truth_px(path: Path, frames: int) -> Floats | None:
@@ -228,6 +286,7 @@ def _store(done: Windowed, window_frames: int, results: str | Path | None) -> No
         displacement_mm=None if trajectory.scale is None else trajectory.displacement_mm,
         sigma_mm=None if trajectory.scale is None else trajectory.sigma_mm,
         image=done.images[0].image if done.images else None,
+        still=next((one.still for one in done.images if one.still is not None), None),
         window_images=np.stack([one.image for one in done.images]) if done.images else None,
         window_frames=np.array([[one.window.first, one.window.end] for one in done.images], np.int64),
         table=done.figures.model_dump(mode="json"),

@@ -21,7 +21,9 @@ from bluesky.protocols import (
 )
 from event_model.documents import DataKey
 
-from instrument.bluesky_devices.documents import assets, configuration, described
+from instrument.bluesky_devices.audit import KinopixAudit
+from instrument.bluesky_devices.documents import Rows, configuration, values_key
+from instrument.bluesky_devices.named import Named
 from instrument.bluesky_devices.status import WorkStatus
 from instrument.plan import Plan
 from instrument.session import FinishedEvent, Instrument, PhaseEvent, Run, RunAborted
@@ -29,13 +31,14 @@ from protocols import WrongState
 
 
 class KinopixDetector(
-    Flyable, Preparable, Collectable, WritesStreamAssets, Configurable[Any], Stageable, Stoppable, Pausable
+    Named, Flyable, Preparable, Collectable, WritesStreamAssets, Configurable[Any], Stageable, Stoppable, Pausable
 ):
     """What shows patterns and counts, on one bench.
 
     ``prepare`` with a plan checks everything, and moves nothing. ``kickoff`` begins the run, which moves the stage where the plan
     has a motion, and is done when the counter is armed. ``complete`` is done when the run is over: devices at rest, file closed.
-    ``collect`` then tells of the file. A run is timed by hardware and cannot stand still: ``pause`` breaks it off, makes the
+    ``collect`` tells of the values at any time, as far as they are in the file; which of the frames to trust is known at the end,
+    and told by ``audit``. A run is timed by hardware and cannot stand still: ``pause`` breaks it off, makes the
     bench safe and keeps what was counted in its file; after ``resume`` the RunEngine repeats the run from its checkpoint, in a
     new one.
     """
@@ -54,24 +57,16 @@ class KinopixDetector(
                 function that gives the path of each.
             name: of the device in documents.
         """
+        super().__init__(name)
+        self.audit = KinopixAudit(self, lambda: self._run)
+        """Tells which frames are valid, in a stream of its own, when a run is over."""
         self._bench = bench
         self._next = folder if callable(folder) else _numbered(Path(folder), name)
-        self._name = name
         self._plan: Plan | None = None
         self._run: Run | None = None
         self._broken_off_well = False
-        self._told: Run | None = None  # the last run whose file was told of
+        self._values: Rows | None = None  # of the last run, from its first frame on
         self._since = time.time()
-
-    @property
-    def name(self) -> str:
-        """Name of the device in documents."""
-        return self._name
-
-    @property
-    def parent(self) -> None:
-        """It is part of no other device."""
-        return
 
     @property
     def hints(self) -> Hints:
@@ -111,7 +106,7 @@ class KinopixDetector(
         self._refuse_while_running("kickoff")
         plan = self._prepared()
         run = self._run = self._bench.start(plan, self._next())
-        self._broken_off_well = False
+        self._broken_off_well, self._values = False, None
 
         def armed() -> None:
             for event in run.events():
@@ -134,35 +129,39 @@ class KinopixDetector(
         return WorkStatus(lambda: self._wait(run), f"{self.name}-complete")
 
     def describe_collect(self) -> dict[str, DataKey]:
-        """Say what ``collect`` tells of: the values of each frame and whether it is valid, in the file.
+        """Say what ``collect`` tells of: the values of each frame, in the file.
 
         Raises:
             WrongState: no plan was prepared.
         """
-        return described(self.name, self._prepared())
+        return values_key(self._key, self._prepared())
 
     def get_index(self) -> int:
-        """Give the number of whole frames that can be read: those of the run, when its file is closed; 0 before."""
+        """Give the number of frames that can be read: whole ones while the run goes on; all when its file is closed."""
         run = self._run
-        if run is None or not run.done or run.recording is None:
+        if run is None:
             return 0
-        return len(run.recording)
+        if run.done:
+            return 0 if run.recording is None else len(run.recording)
+        return 0 if run.written is None else run.written.frames
 
     def collect_asset_docs(self, index: int | None = None) -> Iterator[StreamAsset]:
-        """Tell of the file of a run that is over, once; nothing before, and nothing where nothing was recorded.
+        """Tell of the frames that have come into the file since it was told of last; it can be read while it is written (SWMR).
 
         Args:
             index: frames that all detectors of a stream have; None for all.
         """
         run, frames = self._run, self.get_index()
-        if run is None or self._told is run or not run.done or run.recording is None:
+        if run is None or not frames:
             return
-        self._told = run
-        recording = run.recording
-        if recording.path is not None:
-            yield from assets(
-                self.name, recording.plan, recording.path, frames if index is None else min(index, frames)
-            )
+        if self._values is None:
+            path = run.written.path if run.written is not None else Path(run.snapshot.path)
+            self._values = Rows.of_values(self._key, path, self._prepared())
+        yield from self._values.up_to(frames if index is None else min(index, frames))
+
+    @property
+    def _key(self) -> str:
+        return f"{self.name}-values"
 
     def read_configuration(self) -> dict[str, Reading[Any]]:
         """Tell what tells runs apart: scheme, frames, rate, motion."""

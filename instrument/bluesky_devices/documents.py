@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Self
 from urllib.parse import quote, unquote, urlsplit
 from urllib.request import url2pathname
 from uuid import uuid4
@@ -18,61 +18,90 @@ from protocols import InputError
 MIMETYPE: Final = "application/x-hdf5"
 """Of a recording, as catalogues know it."""
 
-_VALUES: Final = "/entry/data/values"
-_VALID: Final = "/entry/timing/frame_valid"
+_CHUNK: Final = 1024
+"""Frames that a catalogue hands out at a time."""
 
 
-def described(name: str, plan: Plan) -> dict[str, DataKey]:
-    """Describe the arrays of which a frame has an entry each: its values in play order, and whether it is valid."""
-    patterns = plan.patterns_per_frame
+def values_key(key: str, plan: Plan) -> dict[str, DataKey]:
+    """Describe the values of a frame, in play order."""
     return {
-        f"{name}-values": {
-            "source": f"kinopix://{name}/values",
+        key: {
+            "source": f"kinopix://{key}",
             "dtype": "array",
             "dtype_numpy": "<f8",
-            "shape": [1, patterns],
+            "shape": [1, plan.patterns_per_frame],
             "external": "STREAM:",
-        },
-        f"{name}-frame_valid": {
-            "source": f"kinopix://{name}/frame_valid",
+        }
+    }
+
+
+def valid_key(key: str) -> dict[str, DataKey]:
+    """Describe whether a frame is valid."""
+    return {
+        key: {
+            "source": f"kinopix://{key}",
             "dtype": "array",
             "dtype_numpy": "|u1",
             "shape": [1],
             "external": "STREAM:",
-        },
+        }
     }
 
 
-def assets(name: str, plan: Plan, path: Path, frames: int) -> Iterator[StreamAsset]:
-    """Give the documents of a recording that is whole: a resource for each array, and all frames of it.
+class Rows:
+    """An array of a recording that has a row for each frame, told of as it grows: a resource first, then its frames."""
 
-    Args:
-        name: of the detector.
-        plan: of the run.
-        path: the file.
-        frames: number of frames in it; nothing is told of a recording without one.
-    """
-    if not frames:
-        return
-    datasets = {f"{name}-values": (_VALUES, [1, plan.patterns_per_frame]), f"{name}-frame_valid": (_VALID, [1])}
-    for key, (dataset, one) in datasets.items():
-        resource = str(uuid4())
-        chunk = [min(frames, 1024), *one[1:]]
-        file = StreamResource(
-            uid=resource,
-            data_key=key,
-            mimetype=MIMETYPE,
-            uri=f"file://localhost{quote(path.absolute().as_posix())}",
-            parameters={"dataset": dataset, "chunk_shape": chunk, "swmr": False},
-        )
-        yield "stream_resource", file
+    def __init__(self, key: str, dataset: str, row: tuple[int, ...], path: Path) -> None:
+        """Nothing has been told.
+
+        Args:
+            key: of the data.
+            dataset: where the array is in the file.
+            row: shape of what a frame has.
+            path: the file.
+        """
+        self._key = key
+        self._dataset = dataset
+        self._row = row
+        self._path = path
+        self._resource = str(uuid4())
+        self._told = self._documents = 0
+
+    @classmethod
+    def of_values(cls, key: str, path: Path, plan: Plan) -> Self:
+        """Tell of the values."""
+        return cls(key, "/entry/data/values", (plan.patterns_per_frame,), path)
+
+    @classmethod
+    def of_valid(cls, key: str, path: Path) -> Self:
+        """Tell of which frames are valid."""
+        return cls(key, "/entry/timing/frame_valid", (), path)
+
+    def up_to(self, frames: int) -> Iterator[StreamAsset]:
+        """Give the documents of what is new; nothing where nothing is.
+
+        Args:
+            frames: number of frames that whoever opens the file finds in it.
+        """
+        if frames <= self._told:
+            return
+        if not self._documents:
+            file = StreamResource(
+                uid=self._resource,
+                data_key=self._key,
+                mimetype=MIMETYPE,
+                uri=f"file://localhost{quote(self._path.absolute().as_posix())}",
+                parameters={"dataset": self._dataset, "chunk_shape": [_CHUNK, *self._row], "swmr": True},
+            )
+            yield "stream_resource", file
         rows = StreamDatum(
-            uid=f"{resource}/0",
-            stream_resource=resource,
+            uid=f"{self._resource}/{self._documents}",
+            stream_resource=self._resource,
             descriptor="",  # the RunEngine fills in this, and the numbers
             seq_nums=StreamRange(start=0, stop=0),
-            indices=StreamRange(start=0, stop=frames),
+            indices=StreamRange(start=self._told, stop=frames),
         )
+        self._told, self._documents = frames, self._documents + 1
         yield "stream_datum", rows
 
 

@@ -5,6 +5,7 @@ import time
 from bluesky.protocols import Checkable, Hints, Locatable, Location, Readable, Reading, Stoppable
 from event_model.documents import DataKey
 
+from instrument.bluesky_devices.named import Named
 from instrument.bluesky_devices.status import WorkStatus
 from instrument.session import Instrument
 from protocols import DeviceError, LinearStage, Motion, MotionProfile
@@ -13,7 +14,7 @@ _SLOW_MM_S = 10.0
 _SOFT_MM_S2 = 50.0
 
 
-class KinopixStage(Locatable[float], Readable[float], Stoppable, Checkable[float]):
+class KinopixStage(Named, Locatable[float], Readable[float], Stoppable, Checkable[float]):
     """The bench's stage, in millimetres. A run of the detector moves it too, by its plan; a ``set`` during a run is refused."""
 
     def __init__(self, bench: Instrument, name: str = "stage", *, profile: MotionProfile | None = None) -> None:
@@ -24,8 +25,8 @@ class KinopixStage(Locatable[float], Readable[float], Stoppable, Checkable[float
             name: of the device in documents.
             profile: by which ``set`` moves; None takes 10 mm/s and 50 mm/s^2, or what the stage can do.
         """
+        super().__init__(name)
         self._stage: LinearStage = bench.stage
-        self._name = name
         limits = self._stage.limits
         self.profile = profile or MotionProfile(
             velocity_mm_s=min(_SLOW_MM_S, limits.max_velocity_mm_s),
@@ -34,16 +35,6 @@ class KinopixStage(Locatable[float], Readable[float], Stoppable, Checkable[float
         """By which ``set`` moves."""
         self._motion: Motion | None = None
         self._stopped_well = False
-
-    @property
-    def name(self) -> str:
-        """Name of the device in documents."""
-        return self._name
-
-    @property
-    def parent(self) -> None:
-        """It is part of no other device."""
-        return
 
     @property
     def hints(self) -> Hints:

@@ -20,6 +20,7 @@ from instrument.calibration.displacement import (
     static_plan,
     take_views,
 )
+from instrument.calibration.many_runs import displacement_of_runs
 from instrument.calibration.mirrors import MirrorsResult, calibrate_mirrors, response
 from instrument.calibration.moving_run import displacement_of_run
 from instrument.calibration.orientation import (
@@ -30,6 +31,7 @@ from instrument.calibration.orientation import (
     upright,
 )
 from instrument.calibration.pictures import PictureCounts, PictureField, counts_of, together
+from instrument.calibration.pooled import pooled
 from instrument.calibration.profile import ProfileResult, calibrate_light, falloff_of
 
 __all__ = [
@@ -54,6 +56,7 @@ __all__ = [
     "counts_of",
     "displacement_of",
     "displacement_of_run",
+    "displacement_of_runs",
     "falloff_of",
     "fit_dead_time",
     "laid",
@@ -61,6 +64,7 @@ __all__ = [
     "match_target",
     "name_of_line",
     "place_of",
+    "pooled",
     "response",
     "static_plan",
     "still_image",

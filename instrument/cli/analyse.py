@@ -13,7 +13,14 @@ import typer
 from instrument.choices import Background, Grid, Method, Normalise, Tracking
 from instrument.cli.analyse_series import SeriesOptions, analyse_several
 from instrument.cli.analyse_windows import in_windows, refuse_beside_window
-from instrument.cli.options import JsonOption, SchedulerOption, WorkersOption, print_json
+from instrument.cli.options import (
+    JsonOption,
+    PathMapOption,
+    SchedulerOption,
+    TableOption,
+    WorkersOption,
+    print_json,
+)
 
 if TYPE_CHECKING:
     from instrument.analysis import Analysis
@@ -69,16 +76,11 @@ def analyse_file(
         typer.Option("--format", help="Kind of the pictures: PNG to look at, PDF or SVG to print."),
     ] = "png",
     no_pictures: Annotated[bool, typer.Option("--no-pictures", help="Draw nothing.")] = False,
-    table: Annotated[
-        list[Path] | None, typer.Option(help="Table of all recordings, .csv or .parquet; may be given twice.")
-    ] = None,
+    table: TableOption = None,
     again: Annotated[bool, typer.Option("--again", help="Several: analyse those too that have this analysis.")] = False,
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
-    path_map: Annotated[
-        list[str] | None,
-        typer.Option(metavar="HERE=THERE", help="With --scheduler: a folder here, and what workers call it."),
-    ] = None,
+    path_map: PathMapOption = None,
     scratch: Annotated[
         Path | None,
         typer.Option(help="Several: folder of a fast disk; each recording is copied there first, and read only once."),
@@ -109,11 +111,9 @@ def analyse_file(
             tracking=tracking != "joint",
             method=method != "tv",
             frames=frames is not None,
-            background=background != "auto",
             grid=grid != "auto",
             mean_filter=mean_filter is not None,
             normalise=normalise != "auto",
-            pictures=pictures is not None,
             table=bool(table),
             again=again,
             workers=workers is not None,
@@ -121,7 +121,16 @@ def analyse_file(
             path_map=bool(path_map),
             scratch=scratch is not None,
         )
-        in_windows(files[0], window, window_images, results, as_json=as_json)
+        in_windows(
+            files[0],
+            window,
+            window_images,
+            results,
+            background=background,
+            pictures=None if no_pictures else pictures or (results or files[0]).parent,
+            kind=kind,
+            as_json=as_json,
+        )
         return
     options = SeriesOptions(
         workers=workers,

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from instrument.cli.options import print_json
+from instrument.cli.several import refuse_failures, told_of
 
 if TYPE_CHECKING:
-    from instrument.series import Request, Series
-    from instrument.workers import Where
+    from instrument.series import Request
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,9 @@ def analyse_several(places: list[Path], request: "Request", options: SeriesOptio
         InputError: a place without recordings; or some recordings fail, all of them by a wrong input.
         KinopixError: some recordings fail.
     """
-    from instrument.series import recordings_in, refuse_table, rows_of, write_table
-    from instrument.views import OUT, picture_folder, say, series_table
-    from instrument.workers import Where
+    from instrument.series import analyse_series, recordings_in, refuse_table, rows_of, write_table
+    from instrument.views import OUT, picture_folder, say, series_table, write_pictures
+    from instrument.workers import PathMap, Where
 
     for table in options.tables:
         refuse_table(table)
@@ -49,7 +49,19 @@ def analyse_several(places: list[Path], request: "Request", options: SeriesOptio
     for folder in (options.results, options.pictures):
         if folder is not None:
             picture_folder(folder)  # asked before the work, not after
-    series = _carried_out(recordings, request, options, Where.of(options.workers, options.scheduler))
+    with told_of(len(recordings)) as tell:
+        series = analyse_series(
+            recordings,
+            request,
+            where=Where.of(options.workers, options.scheduler),
+            path_map=PathMap.of(options.path_map),
+            results=options.results,
+            scratch=options.scratch,
+            pictures=options.pictures,
+            draw=write_pictures,
+            again=options.again,
+            on_recording=tell,
+        )
     for table in options.tables:
         write_table(series, table)
     rows = rows_of(series)
@@ -59,54 +71,4 @@ def analyse_several(places: list[Path], request: "Request", options: SeriesOptio
         OUT.print(series_table(rows))
         for path in (*series.pictures, *options.tables):
             say(f"written {path}")
-    _refuse_failures(series)
-
-
-def _carried_out(recordings: list[Path], request: "Request", options: SeriesOptions, where: "Where") -> "Series":
-    """Analyse under a progress bar, and say what is kept if somebody interrupts it."""
-    from instrument.series import analyse_series
-    from instrument.views import progress, write_pictures
-    from instrument.workers import PathMap
-
-    counts = [0, len(recordings)]
-    with progress() as bars:
-        task = bars.add_task("recordings", total=len(recordings))
-
-        def tell(path: Path, done: int, total: int) -> None:
-            counts[:] = done, total
-            bars.update(task, description=path.name, completed=done, total=total)
-
-        try:
-            return analyse_series(
-                recordings,
-                request,
-                where=where,
-                path_map=PathMap.of(options.path_map),
-                results=options.results,
-                scratch=options.scratch,
-                pictures=options.pictures,
-                draw=write_pictures,
-                again=options.again,
-                on_recording=tell,
-            )
-        except KeyboardInterrupt as interrupt:
-            interrupt.add_note(
-                f"{counts[0]} of {counts[1]} recordings are done, and the same command goes on from there"
-            )
-            raise
-
-
-def _refuse_failures(series: "Series") -> None:
-    from protocols import InputError, KinopixError
-
-    if not series.failures:
-        return
-    wrong_inputs = all(failure.exit_code == InputError.exit_code for failure in series.failures.values())
-    error = (InputError if wrong_inputs else KinopixError)(
-        saw=f"{len(series.failures)} of {len(series.recordings)} recordings that could not be analysed",
-        expected="all analysed; the others are",
-        remedy="look at the reasons below, then give the same command: it does what is missing",
-    )
-    for path, failure in series.failures.items():
-        error.add_note(f"{path}: {failure.why}")
-    raise error
+    refuse_failures(series.failures, len(series.recordings), "analysed")

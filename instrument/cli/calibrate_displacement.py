@@ -6,7 +6,19 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from instrument.cli.calibrate import CalibrationOption, say_written, target
-from instrument.cli.options import BenchOption, JsonOption, OverwriteOption, print_json, refuse_no_amount
+from instrument.cli.calibrate_runs import RunsOptions, measured_by, runs_in
+from instrument.cli.options import (
+    BenchOption,
+    JsonOption,
+    OverwriteOption,
+    PathMapOption,
+    SchedulerOption,
+    TableOption,
+    WorkersOption,
+    print_json,
+    refuse_no_amount,
+)
+from instrument.cli.several import refuse_failures
 
 if TYPE_CHECKING:
     from instrument.config import BenchConfig, DisplacementSection
@@ -31,46 +43,68 @@ def displacement(
     frames: Annotated[
         int | None, typer.Option(min=1, help="Hadamard patterns, with their complements; 61 % of all if not given.")
     ] = None,
-    from_run: Annotated[
-        Path | None,
-        typer.Option("--from", help="Recording of a moving run: held against the stage's profile, nothing moves."),
+    from_runs: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--from",
+            help="Recording of a moving run, or folder of some: held against the stage's profile, nothing moves. May be given "
+            "several times: their mean.",
+        ),
     ] = None,
     recordings: Annotated[
         Path | None, typer.Option(help="New folder for the static images; beside the calibration file if not given.")
     ] = None,
+    workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
+    path_map: PathMapOption = None,
+    table: TableOption = None,
+    again: Annotated[bool, typer.Option("--again", help="With --from: measure those too that were measured.")] = False,
     out: CalibrationOption = None,
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Measure pixels a millimetre and the stage's axis, and write them into the calibration file.
 
+    Of several runs (--from) each is measured by itself, on all cores; one that fails is named, and the rest goes on. After Ctrl-C
+    or a kill the same command does what is missing.
+
     The stage goes to each position, upwards and then downwards; at each, a static image is taken by conventional differential
     Hadamard patterns at a slow rate. The images are registered to a fraction of a pixel, and a line is fitted.
     """
     from instrument.config import load_bench, refuse_other, updated_calibration
     from instrument.session import Instrument
+    from protocols import InputError
 
     refuse_no_amount(pattern_rate_hz=pattern_rate_hz)
+    options = RunsOptions(workers, scheduler, path_map or (), table or (), again)
+    if options.several and not from_runs:
+        raise InputError(
+            saw="--workers, --scheduler, --path-map, --table or --again without --from",
+            expected="--from and recordings of moving runs",
+            remedy="leave these out: the bench takes its static images one after the other",
+        )
+    runs = runs_in(from_runs, options) if from_runs else []
     config = load_bench(bench, calibrated=False)
     path = target(config, out)
     with Instrument.from_config(config) as opened:
         devices = opened.devices.identities()
         refuse_other(path, devices, config.magnification)  # before anything moves
-        if from_run is not None:
-            section = _of_run(from_run)
-        else:
-            ladder_mm = _positions(positions_mm, span_mm, count)
-            folder = recordings or _new_folder(path.parent)
-            section = _measured(
+        measured = None
+        if not runs:
+            measured = _measured(
                 opened,
-                ladder_mm,
+                _positions(positions_mm, span_mm, count),
                 (image_size, superpixel, pattern_rate_hz, frames),
-                folder,
+                recordings or _new_folder(path.parent),
                 both_sides=not one_way,
                 overwrite=overwrite,
             )
+    by_runs = measured_by(runs, options, path) if len(runs) > 1 or options.several else None
+    section = measured or (_of_run(runs[0]) if by_runs is None else by_runs.together)
     updated_calibration(path, "displacement", section, devices, config.magnification)
     _tell(config, section, path, as_json=as_json)
+    if by_runs is not None:
+        refuse_failures(by_runs.failures, len(runs), "measured")
 
 
 def _positions(positions_mm: str | None, span_mm: tuple[float, float] | None, count: int) -> tuple[float, ...]:

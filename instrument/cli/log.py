@@ -50,13 +50,18 @@ def end_log(code: int | None) -> None:
         code: exit code; None where an error of ours, or an interrupt, goes on its way.
     """
     kinopix = logging.getLogger(_LOGGERS[0])
-    if not kinopix.handlers:
+    if not any(_kept(handler) for handler in kinopix.handlers):
         return
     kinopix.info("ended with exit code %s", code, exc_info=sys.exc_info()[0] is not None)
     for name in _LOGGERS:
         logger = logging.getLogger(name)
-        for handler in tuple(logger.handlers):
+        for handler in filter(_kept, tuple(logger.handlers)):
             logger.removeHandler(handler)
             handler.close()
         logger.propagate = True
         logger.setLevel(logging.NOTSET)
+
+
+def _kept(handler: logging.Handler) -> bool:
+    """Whether a handler keeps anything."""
+    return not isinstance(handler, logging.NullHandler)

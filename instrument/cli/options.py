@@ -24,6 +24,14 @@ SchedulerOption: TypeAlias = Annotated[
         "--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers compute, such as tcp://host:8786."
     ),
 ]
+PathMapOption: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option("--path-map", metavar="HERE=THERE", help="With --scheduler: a folder here, and what workers call it."),
+]
+TableOption: TypeAlias = Annotated[
+    list[Path] | None,
+    typer.Option("--table", help="Table of all recordings, .csv or .parquet; may be given twice."),
+]
 
 _TOO_MUCH: Final = 1e9
 

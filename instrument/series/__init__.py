@@ -4,10 +4,11 @@ from instrument.series.analyse_series import OnRecording, Series, analyse_series
 from instrument.series.one_recording import Draw, Outcome
 from instrument.series.recordings import recordings_in
 from instrument.series.request import Request
-from instrument.series.table import COLUMNS, refuse_table, rows_of, write_table
+from instrument.series.table import COLUMNS, Cell, refuse_table, rows_of, write_rows, write_table
 
 __all__ = [
     "COLUMNS",
+    "Cell",
     "Draw",
     "OnRecording",
     "Outcome",
@@ -17,5 +18,6 @@ __all__ = [
     "recordings_in",
     "refuse_table",
     "rows_of",
+    "write_rows",
     "write_table",
 ]

@@ -7,14 +7,14 @@ series again, after a kill or with more recordings, has only the rest computed.
 import os
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from instrument.series.one_recording import Draw, Outcome, Task, analyse_one
 from instrument.series.request import Request
 from instrument.storage import RecordingInfo, recording_info
-from instrument.workers import Failure, Job, PathMap, Where, carry_out
+from instrument.workers import Failure, Job, PathMap, Where, do_missing
 from protocols import InputError, KinopixError
 
 OnRecording: TypeAlias = Callable[[Path, int, int], None]
@@ -69,7 +69,7 @@ def analyse_series(
         on_recording: function that is called after each recording, with those that were analysed before first.
 
     Raises:
-        InputError: two recordings would have the same name in ``results`` or ``pictures``; or as ``carry_out``.
+        InputError: two recordings would have the same name in ``results`` or ``pictures``; or as ``do_missing``.
         KeyboardInterrupt: what is analysed is kept.
     """
     every = tuple(map(Path, recordings))
@@ -77,54 +77,38 @@ def analyse_series(
     targets = _targets(every, results)
     if pictures is not None:
         _targets(every, pictures)
-    found = {} if again else {path: info for path in every if (info := _analysed_before(path, targets[path], request))}
-    waiting = [path for path in every if path not in found]
-    series = Series(every, found, frozenset(found), {})
-    drawn: list[str] = []
-
-    def tell(path: Path) -> None:
-        if on_recording is not None:
-            on_recording(path, len(told), len(every))
-
-    def keep(number: int, result: Any, failure: Failure | None) -> None:
-        path = waiting[number]
-        if failure is None:
-            outcome: Outcome = result
-            series.found[path] = outcome.info
-            drawn.extend(outcome.pictures)
-        else:
-            series.failures[path] = failure
-        told.append(path)
-        tell(path)
-
-    told: list[Path] = []
-    for path in found:
-        told.append(path)
-        tell(path)
     there = path_map.there
     sent = request
     if request.background_file is not None:
         sent = request.model_copy(update={"background_file": there(request.background_file)})
-    jobs = [
-        Job(
-            str(path),
-            analyse_one,
-            (
-                Task(
-                    recording=there(path),
-                    request=sent,
-                    key=request.key,
-                    results=None if targets[path] is None else there(targets[path] or path),
-                    scratch=None if scratch is None else str(scratch),
-                    pictures=None if pictures is None else there(pictures),
-                    draw=draw,
-                ),
-            ),
+    drawn: list[str] = []
+
+    def job(path: Path) -> Job:
+        target = targets[path]
+        task = Task(
+            recording=there(path),
+            request=sent,
+            key=request.key,
+            results=None if target is None else there(target),
+            scratch=None if scratch is None else str(scratch),
+            pictures=None if pictures is None else there(pictures),
+            draw=draw,
         )
-        for path in waiting
-    ]
-    carry_out(jobs, where or Where(), keep)
-    return replace(series, pictures=tuple(drawn))
+        return Job(str(path), analyse_one, (task,))
+
+    def keep(_path: Path, outcome: Outcome) -> RecordingInfo:
+        drawn.extend(outcome.pictures)
+        return outcome.info
+
+    done = do_missing(
+        every,
+        known=lambda path: None if again else _analysed_before(path, targets[path], request),
+        job=job,
+        keep=keep,
+        where=where or Where(),
+        on_each=on_recording,
+    )
+    return Series(every, done.found, done.kept, done.failures, tuple(drawn))
 
 
 def _targets(recordings: Sequence[Path], folder: str | Path | None) -> dict[Path, Path | None]:

@@ -2,7 +2,7 @@
 
 import csv
 import os
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
@@ -97,10 +97,24 @@ def write_table(series: Series, path: str | Path) -> None:
     Raises:
         InputError: as ``refuse_table``.
     """
+    write_rows(rows_of(series), COLUMNS, path)
+
+
+def write_rows(rows: Sequence[Mapping[str, Cell]], columns: Mapping[str, type], path: str | Path) -> None:
+    """Write a table of recordings; one that is there is replaced, by a whole one.
+
+    Args:
+        rows: what each recording has in the columns.
+        columns: each column, and its type: ``str``, ``int`` or ``float``.
+        path: ``.csv`` or ``.parquet``.
+
+    Raises:
+        InputError: as ``refuse_table``.
+    """
     path = Path(path)
     refuse_table(path)
     with _replaced(path) as part:
-        _WRITERS[path.suffix](rows_of(series), part)
+        _WRITERS[path.suffix](rows, columns, part)
 
 
 def _row(series: Series, path: Path) -> dict[str, Cell]:
@@ -139,18 +153,18 @@ def _typed(value: Any, kind: type) -> Cell:
     return None if value is None else kind(value)
 
 
-def _write_csv(rows: list[dict[str, Cell]], path: Path) -> None:
+def _write_csv(rows: Sequence[Mapping[str, Cell]], columns: Mapping[str, type], path: Path) -> None:
     with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(COLUMNS))
+        writer = csv.DictWriter(file, list(columns))
         writer.writeheader()
         writer.writerows(rows)
 
 
-def _write_parquet(rows: list[dict[str, Cell]], path: Path) -> None:
+def _write_parquet(rows: Sequence[Mapping[str, Cell]], columns: Mapping[str, type], path: Path) -> None:
     arrow = _parquet()
     kinds = {str: arrow.string(), float: arrow.float64(), int: arrow.int64()}
-    schema = arrow.schema([(name, kinds[kind]) for name, kind in COLUMNS.items()])
-    arrow.parquet.write_table(arrow.Table.from_pylist(rows, schema=schema), path)
+    schema = arrow.schema([(name, kinds[kind]) for name, kind in columns.items()])
+    arrow.parquet.write_table(arrow.Table.from_pylist(list(map(dict, rows)), schema=schema), path)
 
 
 _WRITERS: Final = {".csv": _write_csv, ".parquet": _write_parquet}

@@ -2,6 +2,8 @@
 
 import time
 from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
 from threading import Lock, Thread
 from types import TracebackType
 from typing import Final, Never, Self
@@ -16,13 +18,24 @@ from instrument.session.feed import MAX_PATTERNS, Feed
 from instrument.session.safety import stop_at_once
 from instrument.session.snapshot import RunState, Snapshot
 from instrument.session.work import Ending, Job, carry_out
-from instrument.storage import open_recording
+from instrument.storage import RecordingWriter, open_recording
 from protocols import InputError, SafeStateFailed
 
 SETTLE_S: Final = 10.0
 """So long further interrupts are put off while an interrupted run makes the bench safe and closes its file."""
 
 _LOOK_S: Final = 0.2  # Windows lets no Ctrl-C through while it waits
+
+
+@dataclass(frozen=True)
+class Written:
+    """How much of a recording is in its file."""
+
+    path: Path
+    """The file."""
+
+    frames: int
+    """Whole frames in it; there are never fewer later."""
 
 
 class Run:
@@ -43,6 +56,7 @@ class Run:
         self._over = Bell()
         self._reading = Lock()
         self._recording: Recording | None = None
+        self._writer: RecordingWriter | None = None
         for listener in listeners:
             self._channel.subscribe(listener)
         # Not a daemon: the program does not end before the bench is safe.
@@ -71,6 +85,12 @@ class Run:
                 "blocks_dropped": self._channel.blocks_dropped,
             }
         )
+
+    @property
+    def written(self) -> Written | None:
+        """What others can read of the recording by now, in this process and any other; None before its first block."""
+        writer = self._writer
+        return Written(writer.path, writer.frames) if writer is not None and writer.frames else None
 
     @property
     def recording(self) -> Recording | None:
@@ -192,9 +212,12 @@ class Run:
     def _take_note(self, event: Event) -> None:
         self._snapshot = self._snapshot.after(event)
 
+    def _begin_file(self, writer: RecordingWriter) -> None:
+        self._writer = writer
+
     def _work(self) -> None:
         try:
-            ending = carry_out(self._job, self._channel.publish, self._abort)
+            ending = carry_out(self._job, self._channel.publish, self._abort, self._begin_file)
         except BaseException as error:  # noqa: BLE001 - a mistake of ours; whoever waits must be told, whatever it is
             self._abort.close()
             stop_at_once(self._job.devices)

@@ -112,7 +112,12 @@ class _Host:
         stop_at_once(self._job.devices, self._job.on_abort)
 
 
-def carry_out(job: Job, publish: Callable[[Event], None], abort: AbortRequest) -> Ending:
+def carry_out(
+    job: Job,
+    publish: Callable[[Event], None],
+    abort: AbortRequest,
+    on_file: Callable[[RecordingWriter], None] = lambda _writer: None,
+) -> Ending:
     """Carry out a run to whatever end, and leave devices at rest and the file closed.
 
     Nothing is raised: what ended the run early is in the ending, with notes that say what is kept. Devices are made safe
@@ -122,6 +127,7 @@ def carry_out(job: Job, publish: Callable[[Event], None], abort: AbortRequest) -
         job: what to do.
         publish: told of everything; must return at once and never raise.
         abort: may end it.
+        on_file: called with the writer of the recording, to be looked at and not to be called.
     """
     host = _Host(job, publish, abort)
     if job.devices.scene is not None:
@@ -132,6 +138,7 @@ def carry_out(job: Job, publish: Callable[[Event], None], abort: AbortRequest) -
         host.checkpoint()  # an older recording is not overwritten for nothing
         writer = _writer(job, timing)
         host.keeper = keeper = Keeper(writer)
+        on_file(writer)
         for left in writer.removed:
             host.find(f"{left} was left behind by a program that ended early, and is removed")
     except BaseException as early:  # noqa: BLE001 - it is told to whoever waits

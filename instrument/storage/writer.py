@@ -172,6 +172,11 @@ class RecordingWriter:
         """Whether more can be written."""
         return self._open.file.is_open
 
+    @property
+    def frames(self) -> int:
+        """Whole frames that whoever opens ``path`` finds there. Any thread may ask, also during a write."""
+        return self._open.values.whole if self._placed else 0
+
     def content(self) -> bytes:
         """Give the file as it is now: before its first block, all that a journal needs to make it anew."""
         return self._part.path.read_bytes()

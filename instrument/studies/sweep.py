@@ -6,11 +6,11 @@ A point that is finished is on the disk before the next is taken, whoever is kil
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from instrument.studies.processing import Outcome
 from instrument.studies.store import Point, PointStore
-from instrument.workers import Failure, Job, Where, carry_out
+from instrument.workers import Job, Where, do_missing
 
 OnPoint: TypeAlias = Callable[[Point, int, int], None]
 """Function that is called with a point that is finished, or failed, the number of those, and the number of all."""
@@ -49,36 +49,23 @@ def sweep(
 
     Raises:
         KeyboardInterrupt: all processes are gone, and what is finished is kept.
-        KinopixError: as ``carry_out``, where there is no such scheduler.
+        KinopixError: as ``do_missing``, where there is no such scheduler.
     """
     store = PointStore(folder)
-    done = Sweep([store.read(point) for point in points])
-    waiting = [k for k, outcome in enumerate(done.outcomes) if outcome is None]
-    done.kept = len(points) - len(waiting)
-    finished = 0
 
-    def tell(point: Point) -> None:
-        nonlocal finished
-        finished += 1
-        if on_point is not None:
-            on_point(point, finished, len(points))
+    def keep(number: int, outcome: dict[str, Outcome]) -> dict[str, Outcome]:
+        store.write(points[number], outcome)
+        return outcome
 
-    def keep(number: int, result: Any, failure: Failure | None) -> None:
-        k = waiting[number]
-        if failure is None:
-            try:
-                store.write(points[k], result)
-            except Exception as error:  # noqa: BLE001 - a point that cannot be kept is named, and the rest goes on
-                failure = Failure.of(error)
-            else:
-                done.outcomes[k] = result
-        if failure is not None:
-            done.failures[points[k].name] = failure.why
-        tell(points[k])
-
-    for point, outcome in zip(points, done.outcomes, strict=True):
-        if outcome is not None:
-            tell(point)
-    jobs = [Job(points[k].name, points[k].compute, (points[k].settings, points[k].seed)) for k in waiting]
-    carry_out(jobs, Where(workers, scheduler), keep)
-    return done
+    done = do_missing(
+        range(len(points)),
+        known=lambda number: store.read(points[number]),
+        job=lambda number: Job(
+            points[number].name, points[number].compute, (points[number].settings, points[number].seed)
+        ),
+        keep=keep,
+        where=Where(workers, scheduler),
+        on_each=None if on_point is None else lambda number, done, total: on_point(points[number], done, total),
+    )
+    failures = {points[number].name: failure.why for number, failure in done.failures.items()}
+    return Sweep([done.found.get(number) for number in range(len(points))], failures, len(done.kept))

@@ -3,6 +3,7 @@ from .blocks import white_of as white_of
 from .calibration_table import displacement_figures as displacement_figures
 from .calibration_table import displacement_rows as displacement_rows
 from .calibration_table import displacement_table as displacement_table
+from .calibration_table import runs_table as runs_table
 from .film import refuse_no_film as refuse_no_film
 from .film import write_film as write_film
 from .images import compared_figure as compared_figure
@@ -41,6 +42,7 @@ from .terminal import warn as warn
 from .terminal import warned as warned
 from .trace import Trace as Trace
 from .window_film import write_window_film as write_window_film
+from .window_pictures import write_window_pictures as write_window_pictures
 
 __all__ = [
     "ERR",
@@ -67,6 +69,7 @@ __all__ = [
     "progress",
     "recording_table",
     "refuse_no_film",
+    "runs_table",
     "save",
     "say",
     "series_table",
@@ -86,4 +89,5 @@ __all__ = [
     "write_pictures",
     "write_study_pictures",
     "write_window_film",
+    "write_window_pictures",
 ]

@@ -1,11 +1,13 @@
 """What a calibration of displacement says, for people and for programs."""
 
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
 from instrument.numerics import coverage_factor
-from instrument.views.terminal import figures_table
+from instrument.views.terminal import coloured, figures_table, plain
 
 if TYPE_CHECKING:
     from instrument.config import DisplacementSection
@@ -48,3 +50,20 @@ def displacement_rows(section: "DisplacementSection") -> dict[str, str]:
 def displacement_table(section: "DisplacementSection") -> Table:
     """Give the numbers as a table."""
     return figures_table(f"Displacement, by {section.method}", displacement_rows(section))
+
+
+def runs_table(rows: Sequence[Mapping[str, str | float | int | None]]) -> Table:
+    """Give a table with a line for each run of which a displacement was measured.
+
+    Args:
+        rows: with ``recording``, ``outcome``, and scale and axis with their standard uncertainties, None where there is none.
+    """
+    table = Table(title="Runs", title_justify="left", box=None, padding=(0, 1, 0, 0))
+    for name in ("recording", "outcome", "px/mm", "axis, degrees"):
+        table.add_column(name, justify="left" if name in {"recording", "outcome"} else "right")
+    for row in rows:
+        found = row["px_per_mm"] is not None
+        scale = f"{row['px_per_mm']:.4f} +- {row['px_per_mm_sigma']:.4f}" if found else ""
+        axis = f"{row['axis_angle_deg']:.3f} +- {row['axis_angle_sigma_deg']:.3f}" if found else ""
+        table.add_row(plain(Path(str(row["recording"])).name), coloured(str(row["outcome"])), plain(scale), plain(axis))
+    return table

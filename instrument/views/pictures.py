@@ -98,6 +98,12 @@ def foot_of(analysis: Analysis) -> str:
     return " | ".join([*of_file, plan_in_words(recording.plan), ", ".join(how), *program])
 
 
+def foot_of_file(path: Path) -> str:
+    """Say in a line what a picture of a file is of: run, date, program."""
+    of_file, program = _of_file(path)
+    return " | ".join([*of_file, *program])
+
+
 def _of_file(path: Path | None) -> tuple[list[str], list[str]]:
     """Name and date of a recording, and the program that wrote it, as far as its file tells."""
     if path is None:

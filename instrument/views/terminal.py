@@ -23,6 +23,7 @@ ERR: Final = Console(stderr=True, highlight=False, emoji=False)
 
 LOG: Final = logging.getLogger("kinopix")
 """What is said is logged too; ``--log`` keeps it."""
+LOG.addHandler(logging.NullHandler())  # without --log Python would print warnings a second time
 
 _WARNED: list[str] = []
 

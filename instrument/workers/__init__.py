@@ -2,6 +2,7 @@
 
 from instrument.workers.carry_out import Where, carry_out
 from instrument.workers.job import Failure, Job, OnJob
+from instrument.workers.missing import Progress, do_missing
 from instrument.workers.path_map import PathMap
 
-__all__ = ["Failure", "Job", "OnJob", "PathMap", "Where", "carry_out"]
+__all__ = ["Failure", "Job", "OnJob", "PathMap", "Progress", "Where", "carry_out", "do_missing"]

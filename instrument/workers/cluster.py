@@ -9,7 +9,7 @@ from types import ModuleType
 from typing import Any, Final
 
 from instrument.storage import program
-from instrument.workers.job import ENDED, Failure, Job, OnJob, done
+from instrument.workers.job import ENDED, Failure, Job, OnJob, done_by_the_same
 from protocols import InputError, KinopixError
 
 _ANSWER_S: Final = 5
@@ -44,28 +44,6 @@ def on_cluster(jobs: Sequence[Job], address: str, on_job: OnJob) -> None:
         except BaseException:
             client.cancel(list(futures))
             raise
-
-
-def done_by_the_same(job: Job, asked_by: str) -> tuple[Any, Failure | None]:
-    """Do a job, as ``job.done``, if the program here is the one that asks.
-
-    Args:
-        job: what to do.
-        asked_by: version and digest of the program that asks.
-    """
-    if program() != asked_by:
-        return None, Failure(
-            f"the worker has another program ({_short(program())}) than the computer that asks ({_short(asked_by)}): "
-            "install the same version of Kinopix and its libraries on both",
-            exit_code=2,
-        )
-    return done(job)
-
-
-def _short(of_program: str) -> str:
-    """Give the versions whole, and the beginning of the digest."""
-    versions, digest = of_program.rsplit(" ", 1)
-    return f"{versions} {digest[:8]}"
 
 
 def _answer(dask: ModuleType, future: Any) -> tuple[Any, Failure | None]:

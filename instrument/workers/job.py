@@ -7,6 +7,7 @@ from typing import Any, Protocol, Self
 import numba
 
 from instrument.numerics import one_blas_thread
+from instrument.storage import program
 from protocols import KinopixError
 
 
@@ -65,3 +66,26 @@ def done(job: Job) -> tuple[Any, Failure | None]:
         return None, Failure.of(error)
     finally:
         numba.set_num_threads(threads)
+
+
+def done_by_the_same(job: Job, asked_by: str) -> tuple[Any, Failure | None]:
+    """Do a job, as ``done``, if the program here is the one that asks.
+
+    Args:
+        job: what to do.
+        asked_by: version and digest of the program that asks.
+    """
+    if program() != asked_by:
+        return None, Failure(
+            f"the worker has another program ({_short(program())}) than the one that asks ({_short(asked_by)}): "
+            "install the same version of Kinopix and its libraries on both computers; on this one its files were changed "
+            "meanwhile, so begin again",
+            exit_code=2,
+        )
+    return done(job)
+
+
+def _short(of_program: str) -> str:
+    """Give the versions whole, and the beginning of the digest."""
+    versions, digest = of_program.rsplit(" ", 1)
+    return f"{versions} {digest[:8]}"

@@ -10,7 +10,8 @@ from multiprocessing import active_children, get_context, parent_process
 from threading import Thread
 from typing import Final
 
-from instrument.workers.job import ENDED, Failure, Job, OnJob, done
+from instrument.storage import program
+from instrument.workers.job import ENDED, Failure, Job, OnJob, done_by_the_same
 
 _QUEUED: Final = 1
 """Jobs that a pool hands out beyond those that its processes work on."""
@@ -25,6 +26,8 @@ def cores() -> int:
 
 def on_processes(jobs: Sequence[Job], processes: int, on_job: OnJob) -> None:
     """Do jobs in fresh processes. Where one of these ends, the jobs that may have ended it are done one by one.
+
+    A process that finds another program than this one was when it began, as somebody installs a new version meanwhile, refuses.
 
     Args:
         jobs: what to do.
@@ -45,7 +48,7 @@ def _in_a_pool(jobs: Sequence[Job], waiting: Sequence[int], processes: int, on_j
     left = list(waiting)
     with _pool(processes) as pool:
         with _interrupts_held_back():  # processes that are made meanwhile never hear of Ctrl-C: this one ends them
-            futures = {pool.submit(done, jobs[number]): number for number in waiting}
+            futures = {pool.submit(done_by_the_same, jobs[number], program()): number for number in waiting}
         while futures:
             for future in wait(futures, return_when=FIRST_COMPLETED).done:
                 number = futures.pop(future)

@@ -160,14 +160,20 @@ def memory_checked(available: int | None) -> tuple[dict[str, Check], int]:
 
 
 def test_a_plan_that_does_not_fit_into_this_computer_is_refused_before_its_patterns_are_made() -> None:
-    """230 MB, 10.2 MB for 9,996 patterns and 68.2 MB for their pixels: 308,475,264 bytes."""
+    """230 MB, 68.2 MB for pixels, for 9,996 patterns 1.28 MB (299,518,848 bytes) or, analysed, 10.2 MB (308,475,264 bytes)."""
     checks, made = memory_checked(308_475_264)
     assert checks["computer memory"].message == "308 MB for the run and its analysis; 308 MB are left"
     assert made == 1
-    checks, made = memory_checked(308_475_263)
+    for available in (308_475_263, 299_518_848):
+        checks, made = memory_checked(available)
+        assert checks["computer memory"].outcome == "warning"
+        assert "300 MB for the run; 308 MB with its analysis at once" in checks["computer memory"].message
+        assert "--window" in checks["computer memory"].message
+        assert made == 1
+    checks, made = memory_checked(299_518_847)
     error = error_of(checks["computer memory"])
     assert isinstance(error, PlanError)
-    assert "saw a plan that takes 308 MB" in str(error)
+    assert "saw a plan that takes 300 MB to record" in str(error)
     assert made == 0
     checks, _ = memory_checked(None)
     assert checks["computer memory"].outcome == "warning"

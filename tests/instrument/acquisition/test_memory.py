@@ -4,16 +4,17 @@ from pathlib import Path
 
 import pytest
 
-from instrument.acquisition.memory import available_bytes, needed_bytes
+from instrument.acquisition.memory import analysis_bytes, available_bytes, recording_bytes
 from instrument.plan import Plan
 from tests.support.plans import plan_of
 
 
 def test_the_need_grows_with_patterns_and_with_the_hadamard_patterns() -> None:
     """230 MB of program, 1024 bytes a pattern, 2.5 bytes a pixel of each of 1,666 Hadamard patterns."""
-    assert needed_bytes(Plan(frames=1666)) == 230_000_000 + 9996 * 1024 + 1666 * 128**2 * 5 // 2
-    assert needed_bytes(Plan(frames=1666, image_size=16)) == 230_000_000 + 9996 * 1024 + 256 * 16**2 * 5 // 2
-    assert needed_bytes(plan_of("fourier-3step", 100)) == 230_000_000 + 600 * 1024  # tracking alone
+    assert analysis_bytes(Plan(frames=1666)) == 230_000_000 + 9996 * 1024 + 1666 * 128**2 * 5 // 2
+    assert analysis_bytes(Plan(frames=1666, image_size=16)) == 230_000_000 + 9996 * 1024 + 256 * 16**2 * 5 // 2
+    assert recording_bytes(Plan(frames=1666)) == 230_000_000 + 9996 * 128 + 1666 * 128**2 * 5 // 2
+    assert analysis_bytes(plan_of("fourier-3step", 100)) == 230_000_000 + 600 * 1024  # tracking alone
 
 
 def test_what_is_available_is_read_from_the_system(tmp_path: Path) -> None:

@@ -12,9 +12,10 @@ from instrument.analysis import Windowed, analyse_in_windows
 from instrument.cli.main import status
 from instrument.numerics import psnr
 from instrument.plan import Plan
+from instrument.recording import Recording
 from instrument.storage import RecordingWriter, open_recording
 from instrument.tracking import JoinedPath, Trajectory, Window, track, windows_of
-from instrument.views import write_window_film
+from instrument.views import write_window_film, write_window_pictures
 from protocols import Floats, InputError
 from tests.support.objects import letter
 from tests.support.plain_hdf5 import array, opened
@@ -113,6 +114,90 @@ def test_the_file_has_the_path_and_the_image_of_each_window(windowed: Windowed, 
     assert array(file, "/entry/analysis/windows/x_px").tolist() == list(range(SIZE))
 
 
+def written(path: Path, plan: Plan, values: Floats) -> Path:
+    """A recording of these values."""
+    with RecordingWriter(path, plan, picture_time_s=plan.picture_time_s) as writer:
+        writer.append(values.ravel())
+        writer.finish()
+    return path
+
+
+@pytest.fixture(scope="module")
+def behind() -> Recording:
+    """A disc that stands still, with as much light as the "B": the same patterns, for a cycle and more, without noise."""
+    plan = Plan(frames=2400, image_size=SIZE)
+    y, x = np.mgrid[:SIZE, :SIZE]
+    disc = ((x - 22) ** 2 + (y - 10) ** 2 < 16).astype(np.float64)
+    return simulate(plan, disc, lambda time_s: np.zeros((len(time_s), 2)))
+
+
+@pytest.fixture(scope="module")
+def in_front(recorded: Path, behind: Recording) -> Path:
+    """The "B" in front of it. What stands still is the same in every cycle of 1,024 frames."""
+    run = open_recording(recorded)
+    still = np.tile(behind.values[:1024], (4, 1))[:FRAMES]
+    return written(recorded.with_name("in-front.h5"), run.plan, run.values + still)
+
+
+def test_a_background_that_is_as_long_as_a_window_is_subtracted_from_all(
+    recorded: Path, in_front: Path, behind: Recording, tmp_path: Path
+) -> None:
+    truth = open_recording(recorded).truth
+    assert truth is not None
+    empty = written(tmp_path / "empty.h5", behind.plan, behind.values)
+
+    def error_px2(background: str | Path, name: str) -> float:
+        found = analyse_in_windows(
+            in_front, window_frames=1500, images=[], background=background, results=tmp_path / name
+        )
+        return float(np.mean((found.trajectory.displacement_px - truth.displacement_px) ** 2))
+
+    alone_px2 = float(np.mean((track(open_recording(recorded)).displacement_px - truth.displacement_px) ** 2))
+    assert error_px2(empty, "a.h5") < 1.1 * alone_px2
+    assert error_px2("none", "b.h5") > 1.2 * alone_px2
+
+    short = written(tmp_path / "short.h5", behind.plan.model_copy(update={"frames": 2300}), behind.values[:2300])
+    with pytest.raises(InputError, match=r"a background of 2300 frames, .*; expected as many as a window has, 2376"):
+        error_px2(short, "c.h5")
+
+
+def test_a_background_that_is_longer_is_that_of_the_same_frames(
+    recorded: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As long as the run, frame by frame; shorter, from its first frame on."""
+    asked: list[tuple[int, int]] = []
+    plan = Plan(frames=FRAMES, image_size=SIZE)
+    whole = written(tmp_path / "whole.h5", plan, np.zeros((FRAMES, plan.patterns_per_frame)))
+    part = written(
+        tmp_path / "part.h5", plan.model_copy(update={"frames": 3399}), np.zeros((3399, plan.patterns_per_frame))
+    )
+
+    def read(path: Path, frames: tuple[int, int]) -> Recording:
+        if path in {whole, part}:
+            asked.append(frames)
+        return open_recording(path, frames)
+
+    monkeypatch.setattr("instrument.analysis.windows.open_recording", read)
+    for background in (whole, part):
+        results = tmp_path / f"of-{background.name}"
+        analyse_in_windows(recorded, window_frames=1500, images=[], background=background, results=results)
+    assert asked == [(0, 2048), (1024, 3400), (0, 2048), (0, 2376)]
+
+
+def test_what_stands_still_is_found_with_the_object_and_drawn(in_front: Path, tmp_path: Path) -> None:
+    """Both have as much light; the disc is at (22, 10)."""
+    done = analyse_in_windows(in_front, window_frames=1500, images=[1], background="fit", results=tmp_path / "found.h5")
+    still = array(tmp_path / "found.h5", "/entry/analysis/background/background")
+    (image,) = done.images
+    np.testing.assert_array_equal(still, image.still)
+    y, x = np.mgrid[:SIZE, :SIZE]
+    inside = (x - 22) ** 2 + (y - 10) ** 2 < 16
+    assert still[inside].sum() / still.sum() > 0.7
+    assert done.figures.background_share == pytest.approx(still.sum() / (still.sum() + image.image.sum()))
+    drawn = write_window_pictures(done, tmp_path / "pictures", "run")
+    assert [path.name for path in drawn] == ["run-trajectory.png", "run-windows.png", "run-background.png"]
+
+
 def test_windows_that_there_are_not_are_refused(recorded: Path) -> None:
     with pytest.raises(InputError, match="windows from 0 on, before 2"):
         analyse_in_windows(recorded, window_frames=1500, images=[2])
@@ -123,10 +208,11 @@ def test_the_command_tracks_in_windows(recorded: Path, tmp_path: Path, capsys: p
     options = ["--window", "1500", "--window-images", "none", "--results", str(results)]
     assert status(["analyse", str(recorded), *options]) == 0
     assert "3400, 0 masked" in capsys.readouterr().out
+    assert {path.name for path in tmp_path.iterdir()} == {"copy.h5", "copy-trajectory.png", "copy-error.png"}
     assert array(results, "/entry/analysis/track/displacement_px").shape == (FRAMES, 2)
     assert status(["analyse", str(recorded), "--window", "1500", "--window-images", "7"]) == 2
     assert "before 2" in capsys.readouterr().err
-    assert status(["analyse", str(recorded), "--window", "1500", "--window-images", "one"]) == 2
+    assert status(["analyse", str(recorded), "--window", "1500", "--window-images", "one", "--no-pictures"]) == 2
     assert "all, none, or numbers" in capsys.readouterr().err
     assert (
         status(["analyse", str(recorded), str(recorded), "--window", "9", "--method", "dgi", "--mean-filter", "5"]) == 2

@@ -1,6 +1,8 @@
 """A bench in a real RunEngine: documents, files through them, pauses and aborts at known moments, and other devices beside it."""
 
 import asyncio
+import subprocess
+import sys
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
@@ -74,22 +76,26 @@ def test_a_scan_over_five_speeds_is_told_in_valid_documents_that_lead_to_the_fil
     starts = named(documents, "start")
     assert [start["uid"] for start in starts] == list(uids)
     assert [start["kinopix_plan"]["motion"]["velocity_mm_s"] for start in starts] == speeds
-    assert [stop["num_events"] for stop in named(documents, "stop")] == [{"primary": 30}] * 5
-    configured = [d["configuration"]["kinopix"]["data"]["kinopix-velocity"] for d in named(documents, "descriptor")]
+    assert [stop["num_events"] for stop in named(documents, "stop")] == [{"primary": 30, "audit": 30}] * 5
+    primary = [document for document in named(documents, "descriptor") if document["name"] == "primary"]
+    configured = [document["configuration"]["kinopix"]["data"]["kinopix-velocity"] for document in primary]
     assert configured == speeds
     resources = {resource["uid"]: resource for resource in named(documents, "stream_resource")}
     assert len(resources) == 10
     for datum in named(documents, "stream_datum"):
         resource = resources[datum["stream_resource"]]
         assert datum["indices"] == {"start": 0, "stop": 30}
-        assert resource["parameters"]["chunk_shape"] == ([30, 6] if resource["data_key"] == "kinopix-values" else [30])
+        assert resource["parameters"]["chunk_shape"] == (
+            [1024, 6] if resource["data_key"] == "kinopix-values" else [1024]
+        )
         assert datum["seq_nums"] == {"start": 1, "stop": 31}
         recording = recording_of(resource)  # type: ignore[arg-type]
         start = next(start for start in starts if start["uid"] == resource["run_start"])
         assert recording.plan == Plan.model_validate(start["kinopix_plan"])
         assert recording.path is not None
         rows = array(recording.path, resource["parameters"]["dataset"])[:30]
-        (key,) = {d["data_keys"][resource["data_key"]]["dtype_numpy"] for d in named(documents, "descriptor")}
+        keys = {name: key for d in named(documents, "descriptor") for name, key in d["data_keys"].items()}
+        key = keys[resource["data_key"]]["dtype_numpy"]
         assert rows.dtype == np.dtype(key)
         expected = recording.values if resource["data_key"] == "kinopix-values" else recording.frame_valid
         np.testing.assert_array_equal(rows, expected)
@@ -100,13 +106,62 @@ def test_real_drivers_on_emulators_fly_too(engine: Any, documents: Documents, tm
     with Instrument.from_toml(BENCHES / "alp-ni-mc600.toml") as bench:
         engine(record(KinopixDetector(bench, lambda: tmp_path / "a run.h5", name="spi"), plan_at(10.0)))
         (stop,) = named(documents, "stop")
-        assert (stop["exit_status"], stop["num_events"]) == ("success", {"primary": 30})
+        assert (stop["exit_status"], stop["num_events"]) == ("success", {"primary": 30, "audit": 30})
         values, _ = named(documents, "stream_resource")
         assert values["data_key"] == "spi-values"
         recording = recording_of(values)  # type: ignore[arg-type]
         assert recording.timing is not None
         assert recording.timing.verdict == "good"
         assert_safe(bench)
+
+
+READER = """
+import sys, h5py
+print("ready", flush=True)
+for line in sys.stdin:
+    path, frames = line.rsplit(" ", 1)
+    with h5py.File(path, "r", swmr=True) as file:
+        rows = file["/entry/data/values"][: int(frames)]
+    print(len(rows), (rows == rows).all(), flush=True)
+"""
+"""A program of somebody else: is each frame that was told of in the file, without a gap?"""
+
+
+def test_frames_are_told_of_while_the_run_goes_on_and_others_find_them_in_the_file(
+    engine: Any, documents: Documents, real_time_bench: Instrument, tmp_path: Path
+) -> None:
+    """0.45 s of patterns, told of every 0.05 s."""
+    detector = KinopixDetector(real_time_bench, tmp_path)
+    found: list[tuple[str, int]] = []
+    with subprocess.Popen(
+        [sys.executable, "-c", READER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1
+    ) as reader:
+        assert reader.stdin is not None
+        assert reader.stdout is not None
+        assert reader.stdout.readline() == "ready\n"
+
+        def look(name: str, document: dict[str, Any]) -> None:
+            assert reader.stdin is not None
+            assert reader.stdout is not None
+            if name == "stream_datum" and detector.run is not None and not detector.run.done:
+                reader.stdin.write(f"{tmp_path / 'kinopix-0001.h5'} {document['indices']['stop']}\n")
+                found.append((reader.stdout.readline().strip(), document["indices"]["stop"]))
+
+        engine(record(detector, LONG, flush_s=0.05), look)
+    assert len(found) >= 2
+    assert [answer for answer, _ in found] == [f"{frames} True" for _, frames in found]
+
+    values, valid = named(documents, "stream_resource")
+    assert values["parameters"]["swmr"]
+    ranges = [d["indices"] for d in named(documents, "stream_datum") if d["stream_resource"] == values["uid"]]
+    assert ranges[0]["start"] == 0
+    assert [one["stop"] for one in ranges[:-1]] == [one["start"] for one in ranges[1:]]
+    assert ranges[-1]["stop"] == 1500
+    numbers = [d["seq_nums"] for d in named(documents, "stream_datum") if d["stream_resource"] == values["uid"]]
+    assert [number["stop"] - 1 for number in numbers] == [one["stop"] for one in ranges]
+    (audit,) = [d["indices"] for d in named(documents, "stream_datum") if d["stream_resource"] == valid["uid"]]
+    assert audit == {"start": 0, "stop": 1500}
+    assert len({d["uid"] for d in named(documents, "stream_datum")}) == len(ranges) + 1
 
 
 @contextmanager
@@ -149,7 +204,7 @@ def test_an_abort_in_the_midst_leaves_the_bench_safe_and_tells_of_a_valid_file(
     assert stop["exit_status"] == ("abort" if way == "abort" else "success")
     recording = recording_of(named(documents, "stream_resource")[0])  # type: ignore[arg-type]
     assert 0 < len(recording) < 1500
-    assert stop["num_events"] == {"primary": len(recording)}
+    assert stop["num_events"] == {"primary": len(recording), "audit": len(recording)}
     assert recording.timing is not None
     assert recording.timing.verdict == "partial"
 
@@ -161,7 +216,7 @@ def test_after_a_pause_the_run_is_repeated_whole_in_a_new_file(
     with interrupted_after_a_block(engine, detector, engine.request_pause), pytest.raises(RunEngineInterrupted):
         engine(record(detector, LONG))
     assert_safe(real_time_bench)
-    assert documents[-1][0] == "descriptor"
+    assert documents[-1][0] == "descriptor"  # less than a second: nothing was told
 
     engine.resume()
 
@@ -170,6 +225,31 @@ def test_after_a_pause_the_run_is_repeated_whole_in_a_new_file(
     assert recording.path == tmp_path / "runs" / "kinopix-0002.h5"
     assert len(recording) == 1500
     assert len(open_recording(tmp_path / "runs" / "kinopix-0001.h5")) < 1500
+
+
+def test_frames_that_were_told_of_before_a_pause_are_told_of_anew_with_the_same_numbers(
+    engine: Any, documents: Documents, real_time_bench: Instrument, tmp_path: Path
+) -> None:
+    detector = KinopixDetector(real_time_bench, tmp_path)
+    asking = Thread(target=engine.request_pause)  # the engine waits for whoever takes its documents
+
+    def pause(name: str, _document: dict[str, Any]) -> None:
+        if name == "stream_datum" and asking.ident is None:
+            asking.start()
+
+    with pytest.raises(RunEngineInterrupted):
+        engine(record(detector, LONG, flush_s=0.05), pause)
+    asking.join()
+    assert_safe(real_time_bench)
+    assert named(documents, "stream_datum")[0]["indices"]["stop"] < 1500
+    engine.resume()
+
+    first, second, _ = named(documents, "stream_resource")
+    assert [Path(resource["uri"]).name for resource in (first, second)] == ["kinopix-0001.h5", "kinopix-0002.h5"]
+    again = [d["seq_nums"] for d in named(documents, "stream_datum") if d["stream_resource"] == second["uid"]]
+    assert (again[0]["start"], again[-1]["stop"]) == (1, 1501)
+    (stop,) = named(documents, "stop")
+    assert stop["num_events"] == {"primary": 1500, "audit": 1500}
 
 
 def test_a_run_that_fails_fails_its_plan_and_tells_of_what_is_kept(
@@ -220,13 +300,18 @@ def test_the_order_of_the_steps_is_told_to_whoever_breaks_it(bench: Instrument, 
     for step in (detector.kickoff, detector.complete, detector.describe_collect, detector.read_configuration):
         with pytest.raises(WrongState, match="prepare with a plan, then kickoff, then complete"):
             step()
-    assert (detector.get_index(), list(detector.collect_asset_docs())) == (0, [])
+    for device in (detector, detector.audit):
+        assert (device.get_index(), list(device.collect_asset_docs())) == (0, [])
     detector.prepare(plan_at(10.0).model_dump(mode="json")).wait()  # as a queue server sends it
     detector.kickoff().wait()
     detector.complete().wait()
-    assert detector.get_index() == 30
-    assert [kind for kind, _ in detector.collect_asset_docs()] == ["stream_resource", "stream_datum"] * 2
-    assert list(detector.collect_asset_docs()) == []  # told once
+    for device in (detector, detector.audit):
+        assert device.get_index() == 30
+        told = [kind for kind, _ in device.collect_asset_docs(20)]
+        assert told == ["stream_resource", "stream_datum"]
+        (rest,) = device.collect_asset_docs()
+        assert rest[1]["indices"] == {"start": 20, "stop": 30}  # type: ignore[typeddict-item]
+        assert list(device.collect_asset_docs()) == []  # told once
 
 
 def test_limits_are_checked_without_moving(engine: Any, bench: Instrument) -> None:

@@ -1,6 +1,9 @@
 """What went wrong, in one paragraph and an exit code, whoever raised it."""
 
 import json
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
@@ -46,6 +49,14 @@ def test_each_error_with_a_cause_is_a_sentence_and_a_code(
     printed = capsys.readouterr()
     assert said in printed.err
     assert printed.out == ""
+
+
+def test_it_is_told_once(tmp_path: Path) -> None:
+    """In a program of its own, where nobody else has set up logging: Python then prints by itself what is logged to nobody."""
+    program = [sys.executable, "-m", "kinopix", "info", str(tmp_path / "none.h5")]
+    ended = subprocess.run(program, cwd=Path(__file__).parents[3], capture_output=True, text=True, check=False)
+    assert ended.returncode == 2
+    assert ended.stderr.count("no such file") == 1
 
 
 @pytest.mark.parametrize("mistake", [ZeroDivisionError("x"), KeyError("x"), AssertionError("x")])

@@ -11,14 +11,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from instrument import Instrument, MotionPlan, Plan
+from instrument.calibration import displacement_of_run, displacement_of_runs
 from instrument.series import analyse_series, recordings_in
-from instrument.storage import program
+from instrument.storage import open_recording, program
 from instrument.studies import sweep
 from instrument.workers import Job, PathMap, Where, carry_out
-from instrument.workers.cluster import done_by_the_same
+from instrument.workers.job import done_by_the_same
 from protocols import InputError, KinopixError
 from tests.instrument.series.same import assert_same_analysis
 from tests.instrument.studies import tiny
+from tests.support.benches import bench_toml
 
 pytest.importorskip("distributed", reason="distributed is not installed: no cluster")
 
@@ -67,6 +70,23 @@ def test_two_workers_that_see_other_paths_give_the_same_to_the_bit(
         assert_same_analysis(runs / name, analysed_serially / name)
     again = analyse_series(recordings_in([here]), where=Where(scheduler=address))
     assert again.kept == set(series.found)
+
+
+def test_a_calibration_is_measured_there_and_kept_here(address: str, runs: Path, tmp_path: Path) -> None:
+    here = tmp_path / "here"
+    here.symlink_to(runs)
+    scene = 'px_per_mm = 2.0\nstart_px = [7.3, 8.1]\nnoise = { kind = "poisson", peak_counts = 3000, seed = 5 }'
+    with Instrument.from_toml(bench_toml(tmp_path, scene)) as bench:
+        motion = MotionPlan(start_mm=1.0, velocity_mm_s=35.0)
+        bench.run(Plan(frames=300, image_size=32, superpixel=4, motion=motion), here / "moving.h5")
+    recordings = [here / "moving.h5", here / "none.h5"]
+    paths = PathMap.of([f"{here}={runs}"])
+    there = displacement_of_runs(recordings, tmp_path / "there", where=Where(scheduler=address), path_map=paths)
+    (found,) = there.found.values()
+    serial = displacement_of_run(open_recording(here / "moving.h5"))
+    assert found.model_dump(exclude={"date"}) == serial.model_dump(exclude={"date"})
+    assert f"{runs}/none.h5" in there.failures[here / "none.h5"].why
+    assert displacement_of_runs(recordings, tmp_path / "there").kept == {here / "moving.h5"}
 
 
 def test_points_of_a_study_are_computed_there_and_kept_here(address: str, tmp_path: Path) -> None:

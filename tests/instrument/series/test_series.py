@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -11,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from instrument.analysis import analyse_path
 from instrument.cli.main import status
 from instrument.series import COLUMNS, Request, analyse_series, recordings_in, write_table
 from instrument.workers import Where
@@ -62,8 +64,38 @@ def test_copies_leave_the_recordings_as_they_are_and_are_found_again(runs: Path,
     assert analyse_series(recordings, request, results=results).kept == set(recordings)
     other = analyse_series(recordings, Request(tracking="per-frame", method="dgi"), results=results)
     assert [failure.exit_code for failure in other.failures.values()] == [2, 2, 2]
-    with pytest.raises(InputError, match=r"several recordings with the name slow\.h5"):
-        analyse_series([runs / "slow.h5", runs / "later" / "slow.h5"], results=results)
+    twice = [runs / "middle.h5", runs / "slow.h5", runs / "later" / "slow.h5"]
+    for folder in ("results", "pictures"):
+        with pytest.raises(InputError, match=r"several recordings with the name slow\.h5"):
+            analyse_series(twice, **{folder: results})  # type: ignore[arg-type]
+
+
+def test_a_copy_of_another_run_is_not_taken_for_that_of_this_one(runs: Path, tmp_path: Path) -> None:
+    """Two runs with one name, each with a copy in the same folder of results: only the first is there."""
+    request = Request(tracking="per-frame", method="dgi")
+    assert not analyse_series([runs / "slow.h5"], request, results=tmp_path).failures
+    (runs / "middle.h5").replace(runs / "later" / "slow.h5")
+    other = analyse_series([runs / "later" / "slow.h5"], request, results=tmp_path)
+    assert other.kept == frozenset()
+    assert "which exists" in other.failures[runs / "later" / "slow.h5"].why
+
+
+def test_a_background_and_a_number_of_frames_are_those_of_one_recording_by_itself(runs: Path) -> None:
+    """Another run by the same plan, with a third of its light, serves as background."""
+    with opened(runs / "middle.h5", "r+") as file:
+        del file["/entry/checksum"]
+        file["/entry/data/values"][:, :] *= 1 / 3
+    shutil.copyfile(runs / "slow.h5", runs / "alone.h5")
+    background = str(runs / "middle.h5")
+    analyse_path(runs / "alone.h5", tracking="per-frame", method="dgi", frames=60, background=background)
+    request = Request(tracking="per-frame", method="dgi", frames=60, background_file=background)
+    series = analyse_series([runs / "slow.h5"], request)
+    assert_same_analysis(runs / "slow.h5", runs / "alone.h5")
+    (info,) = series.found.values()
+    assert info.analysis is not None
+    assert info.analysis.table["frames"] == 60
+    assert info.analysis.settings["key"] == request.key
+    assert request.key != request.model_copy(update={"background_file": str(runs / "later" / "fast.h5")}).key
 
 
 def test_a_scratch_folder_changes_nothing_but_where_the_bytes_are_read(
