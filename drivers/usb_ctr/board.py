@@ -6,8 +6,11 @@ from pathlib import Path
 from drivers.h10682.detector import NAME
 from drivers.usb_ctr import codec
 from drivers.usb_ctr.codec import BadAnswer, Request, Scan, Status
+from drivers.usb_ctr.image import maker_image
 from drivers.usb_ctr.pipe import UsbFault, UsbPipe, find_pipes
+from drivers.usb_ctr.settings import UsbCtrSettings
 from protocols import (
+    BenchContext,
     DeviceBusy,
     DeviceDisconnected,
     DeviceError,
@@ -203,6 +206,22 @@ def open_board(transport: object | None, serial: str | None) -> UsbCtrBoard:
         if board is not chosen[0]:
             board.close()
     return chosen[0]
+
+
+def open_loaded_board(settings: UsbCtrSettings, context: BenchContext) -> UsbCtrBoard:
+    """The board that the settings name, with its FPGA image.
+
+    Raises:
+        KinopixError: as ``open_board`` and ``UsbCtrBoard.ensure_fpga``.
+    """
+    board = open_board(context.transport, settings.serial)
+    try:
+        named = settings.fpga_image
+        board.ensure_fpga(maker_image() if named is None else context.folder / named)
+    except BaseException:
+        board.close()
+        raise
+    return board
 
 
 def _read_image(path: Path) -> bytes:

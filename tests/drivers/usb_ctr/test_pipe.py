@@ -239,7 +239,8 @@ def test_without_libusb_the_driver_says_what_is_missing(monkeypatch: pytest.Monk
 
 def test_the_driver_is_ready_only_with_the_maker_s_image(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr("drivers.usb_ctr.plugin.find_pipes", lambda: find_pipes(Backend([])))
-    monkeypatch.setattr("drivers.usb_ctr.plugin.maker_image", lambda: maker_image(tmp_path))
+    for user in ("plugin", "board"):
+        monkeypatch.setattr(f"drivers.usb_ctr.{user}.maker_image", lambda: maker_image(tmp_path))
     told = availability()
     assert not told.ready
     assert "FPGA image" in told.missing
