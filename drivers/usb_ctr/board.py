@@ -1,7 +1,9 @@
 """A USB-CTR board that is open: requests sent, answers checked, the FPGA loaded, scans started and stopped."""
 
 import errno
+from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 from drivers.h10682.detector import NAME
 from drivers.usb_ctr import codec
@@ -21,6 +23,8 @@ from protocols import (
     KinopixError,
     ProtocolViolation,
 )
+
+DoneT = TypeVar("DoneT")
 
 
 def typed_error(fault: UsbFault, what: str) -> KinopixError:
@@ -134,10 +138,7 @@ class UsbCtrBoard:
         Raises:
             DeviceBusy: another program has it.
         """
-        try:
-            self._pipe.claim()
-        except UsbFault as fault:
-            raise typed_error(fault, "claiming the board") from fault
+        self._pipe_does(self._pipe.claim, "claiming the board")
 
     def start_scan(self, scan: Scan, *, samples: int = 0, pacer_period: int = 0, packet_words: int = 0) -> None:
         """Start in the order of the maker's library; a scan that somebody left running is stopped first."""
@@ -145,26 +146,23 @@ class UsbCtrBoard:
         self.ask(codec.scan_config(scan))
         self.clear_halt()
         self.ask(codec.CLEAR_FIFO)
+        self._pipe_does(self._pipe.begin_packets, "queueing transfers")
         self.ask(codec.scan_start(scan, samples=samples, pacer_period=pacer_period, packet_words=packet_words))
 
     def stop_scan(self) -> None:
         """Stop, and empty the board's memory and the pipe."""
-        for request in (codec.STOP_SCAN, codec.CLEAR_FIFO, codec.flush_bulk()):
-            self.ask(request)
+        self.ask(codec.STOP_SCAN)
+        self._pipe_does(self._pipe.end_packets, "cancelling transfers")
+        self.ask(codec.CLEAR_FIFO)
+        self.ask(codec.flush_bulk())
 
     def packet(self) -> bytes:
-        """One packet of scan data that is there already; empty where none is."""
-        try:
-            return self._pipe.packet()
-        except UsbFault as fault:
-            raise typed_error(fault, "reading scan data") from fault
+        """The next packet of scan data that has come; empty where none has."""
+        return self._pipe_does(self._pipe.packet, "reading scan data")
 
     def clear_halt(self) -> None:
         """Clear a halt of the scan endpoint."""
-        try:
-            self._pipe.clear_halt()
-        except UsbFault as fault:
-            raise typed_error(fault, "clearing the scan endpoint") from fault
+        self._pipe_does(self._pipe.clear_halt, "clearing the scan endpoint")
 
     def close(self) -> None:
         """Give the board back. Never raises: it is gone or it is free."""
@@ -172,6 +170,12 @@ class UsbCtrBoard:
             self._pipe.close()
         except UsbFault:
             return
+
+    def _pipe_does(self, action: Callable[[], DoneT], what: str) -> DoneT:
+        try:
+            return action()
+        except UsbFault as fault:
+            raise typed_error(fault, what) from fault
 
 
 def open_board(transport: object | None, serial: str | None) -> UsbCtrBoard:

@@ -1,6 +1,6 @@
 """Plug-in ``usb-ctr``: an H10682 on a Measurement Computing USB-CTR04 or USB-CTR08.
 
-The transport it takes instead of libusb is a ``usb.backend.IBackend``.
+The transport it takes instead of libusb is a ``usb1.USBContext``, or what behaves like one.
 """
 
 from importlib.metadata import version
@@ -64,7 +64,7 @@ def availability() -> Availability:
             missing="libusb is there; the maker's FPGA image, which a board needs after each power-up, is not. To do: set"
             " fpga_image under [counter] in bench.toml to the maker's file (usb-ctr.rbf), or install mccdaq/uldaq (Linux)",
         )
-    return Availability(ready=True, version=f"pyusb {version('pyusb')}")
+    return Availability(ready=True, version=f"libusb1 {version('libusb1')}")
 
 
 def probe() -> tuple[str, ...]:
@@ -85,7 +85,7 @@ def probe() -> tuple[str, ...]:
 
 
 plugin: DriverPlugin[UsbCtrSettings, H10682Counter] = DriverPlugin(
-    summary="H10682 photon counter on a Measurement Computing USB-CTR04/08 (pyusb)",
+    summary="H10682 photon counter on a Measurement Computing USB-CTR04/08 (libusb)",
     settings=UsbCtrSettings,
     open=open_counter,
     availability=availability,
