@@ -9,7 +9,6 @@ from drivers.grbl.codec import LONGEST, UNLOCK
 from drivers.grbl.link import GrblLink
 from drivers.grbl.settings import GrblSettings
 from drivers.polled_stage import PolledStage
-from drivers.serial_line import LineWire, open_port
 from protocols import BenchContext, DeviceIdentity, DeviceTimeout, DriverUnavailable, InputError, MotionProfile
 
 _NAME: Final = "stage"
@@ -65,17 +64,8 @@ def open_link(settings: GrblSettings, context: BenchContext) -> tuple[GrblLink, 
     Raises:
         InputError, DriverUnavailable: as ``open_grbl``.
     """
-    port = open_port(settings.port, context.transport, device=_NAME, table="stage", baud=settings.baud)
+    wire = settings.open_wire(context, device=_NAME, longest=LONGEST)
     try:
-        wire = LineWire(
-            port,
-            context.clock,
-            device=_NAME,
-            baud=settings.baud,
-            longest=LONGEST,
-            margin_s=settings.reply_margin_s,
-            poll_s=settings.poll_s,
-        )
         link = GrblLink(wire)
         try:
             return link, link.version(settings.boot_s)
@@ -87,7 +77,7 @@ def open_link(settings: GrblSettings, context: BenchContext) -> tuple[GrblLink, 
                 remedy="check cable, power and baud, and that it is GRBL 1.1; reset it where a limit switch was hit",
             ) from silence
     except BaseException:
-        port.close()
+        wire.close()
         raise
 
 

@@ -5,7 +5,6 @@ from typing import Final
 import serial
 
 from drivers.polled_stage import PolledStage
-from drivers.serial_line import LineWire, open_port
 from drivers.zaber.axis import ZaberAxis
 from drivers.zaber.codec import LONGEST
 from drivers.zaber.settings import ZaberSettings
@@ -56,18 +55,9 @@ def open_axis(settings: ZaberSettings, context: BenchContext) -> tuple[ZaberAxis
     Raises:
         InputError, DriverUnavailable: as ``open_zaber``.
     """
-    port = open_port(settings.port, context.transport, device=_NAME, table="stage", baud=settings.baud)
+    wire = settings.open_wire(context, device=_NAME, longest=LONGEST)
     try:
-        port.reset_input_buffer()
-        wire = LineWire(
-            port,
-            context.clock,
-            device=_NAME,
-            baud=settings.baud,
-            longest=LONGEST,
-            margin_s=settings.reply_margin_s,
-            poll_s=settings.poll_s,
-        )
+        wire.clear()
         axis = ZaberAxis(wire, settings)
         try:
             return axis, axis.query("get version").value.data
@@ -79,7 +69,7 @@ def open_axis(settings: ZaberSettings, context: BenchContext) -> tuple[ZaberAxis
                 remedy="check cable, power, device and baud in bench.toml, and that the protocol is ASCII, not binary",
             ) from silence
     except BaseException:
-        port.close()
+        wire.close()
         raise
 
 
