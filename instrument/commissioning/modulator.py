@@ -62,8 +62,8 @@ def playing(modulator: PatternModulator, clock: Clock) -> Answer:
     while modulator.running:
         if clock.now_s() > began_s + PATIENCE_S:
             raise DeviceTimeout(
-                modulator.identity.name, awaited="the halt", waited_s=PATIENCE_S, progress="it still plays",
-                remedy="switch it off",
+                modulator.identity.name, awaited="a modulator at rest", waited_s=PATIENCE_S, progress="one that plays, halted",
+                remedy="switch it off by hand",
             )  # fmt: skip
         clock.sleep_s(_LOOK_S)
     halt_s = clock.now_s() - began_s

@@ -182,5 +182,10 @@ def test_the_report_is_a_text_to_fill_in_and_the_same_as_json(tmp_path: Path) ->
     said = text.read_text()
     assert "7 of 8 questions answered; 4 want a person's look, in part or whole." in said
     assert said.count("____") == 4 * 11
+    assert "  1. Model, firmware, microstep size, `get limit.max`.\n" in said
+    assert (
+        "  3. Do replies carry a checksum when commands do? (Taken: yes; both are understood.)\n      [ok] see question 1"
+        in said
+    )
     assert CommissioningReport.model_validate(json.loads(data.read_text())) == report
     assert "limit.max = 6250000" in said  # 400 mm of 15,625 microsteps
