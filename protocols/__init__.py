@@ -1,6 +1,7 @@
 """The typed contracts between the framework and its devices: the lowest floor, which knows nothing of the others."""
 
 from protocols.clock import Clock, MonotonicClock
+from protocols.commissioning import Answer, BenchQuestion, FigureValue
 from protocols.counter import CountBlock, CounterLimits, CounterReport, CounterRun, Counts, PhotonCounter
 from protocols.errors import (
     CounterOverrun,
@@ -37,8 +38,10 @@ from protocols.stage import LinearStage, Motion, MotionProfile, StageLimits, Sta
 from protocols.values import Bytes, DeviceIdentity, Floats, Frozen, Integers, Mask, Singles
 
 __all__ = [
+    "Answer",
     "Availability",
     "BenchContext",
+    "BenchQuestion",
     "Bytes",
     "Clock",
     "CountBlock",
@@ -55,6 +58,7 @@ __all__ = [
     "DeviceTimeout",
     "DriverPlugin",
     "DriverUnavailable",
+    "FigureValue",
     "Floats",
     "Frozen",
     "InputError",

@@ -12,6 +12,7 @@ from typing import Generic, TypeVar
 from pydantic import BaseModel
 
 from protocols.clock import Clock, MonotonicClock
+from protocols.commissioning import NO_QUESTIONS, BenchQuestion
 from protocols.scene import Scene
 from protocols.values import Frozen
 
@@ -77,6 +78,9 @@ class DriverPlugin(Generic[SettingsT, DeviceT]):
 
     probe: Callable[[], tuple[str, ...]] = probe_nothing
     """Function that looks for devices and tells one line for each; it asks nothing that could move or show anything."""
+
+    questions: tuple[BenchQuestion[SettingsT], ...] = NO_QUESTIONS
+    """What ``kinopix probe --commission`` asks of a new device, beside what it asks of every one."""
 
 
 @dataclass(frozen=True)

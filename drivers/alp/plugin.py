@@ -5,6 +5,7 @@ from drivers.alp.board import AlpBoard
 from drivers.alp.constants import DeviceInquiry
 from drivers.alp.driver import Dlp7000
 from drivers.alp.library import find_library
+from drivers.alp.questions import QUESTIONS
 from drivers.alp.release import release
 from drivers.alp.settings import Dlp7000Settings
 from protocols.errors import DeviceBusy, DriverUnavailable
@@ -57,4 +58,5 @@ plugin = DriverPlugin(
     open=open_dlp7000,
     availability=availability,
     probe=probe,
+    questions=QUESTIONS,
 )

@@ -26,6 +26,25 @@ _NAME: Final = "dmd"
 _POLL_S: Final = 0.01
 
 
+def open_link(settings: Dlpc900Settings, context: BenchContext) -> Link:
+    """Open the device, and ask nothing.
+
+    Raises:
+        InputError, DriverUnavailable: as ``Dlpc900``.
+    """
+    reports = context.transport
+    if reports is None:
+        reports = HidApi(settings.serial_number, _NAME)
+    elif not isinstance(reports, HidReports):
+        raise InputError(
+            device=_NAME,
+            saw=f"a transport of type {type(reports).__name__}",
+            expected="an open HID device",
+            remedy="choose a transport for the DLPC900 in bench.toml",
+        )
+    return Link(reports, context.clock, _NAME, settings.reply_s)
+
+
 class Dlpc900:
     """A LightCrafter 6500 or 9000.
 
@@ -39,17 +58,7 @@ class Dlpc900:
 
     def __init__(self, settings: Dlpc900Settings, context: BenchContext) -> None:
         self._settings, self._clock = settings, context.clock
-        reports = context.transport
-        if reports is None:
-            reports = HidApi(settings.serial_number, _NAME)
-        elif not isinstance(reports, HidReports):
-            raise InputError(
-                device=_NAME,
-                saw=f"a transport of type {type(reports).__name__}",
-                expected="an open HID device",
-                remedy="choose a transport for the DLPC900 in bench.toml",
-            )
-        link = Link(reports, context.clock, _NAME, settings.reply_s)
+        link = open_link(settings, context)
         try:
             self._board = Board(link, _NAME)
             self._board.stop()

@@ -6,6 +6,7 @@ from typing import Any
 
 from drivers.dlpc900.constants import PRODUCT_ID, VENDOR_ID
 from drivers.dlpc900.driver import Dlpc900
+from drivers.dlpc900.questions import QUESTIONS
 from drivers.dlpc900.settings import Dlpc900Settings
 from protocols import Availability, DriverPlugin
 
@@ -34,4 +35,5 @@ plugin = DriverPlugin(
     open=Dlpc900,
     availability=availability,
     probe=probe,
+    questions=QUESTIONS,
 )

@@ -4,7 +4,6 @@ import re
 from dataclasses import dataclass
 from typing import Final, TypeAlias
 
-BAUD: Final = 115_200
 LONGEST: Final = 256
 """Bytes after which a line without its end is noise: a status line with all fields has about 120."""
 

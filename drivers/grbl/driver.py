@@ -9,7 +9,6 @@ from drivers.grbl.codec import LONGEST, UNLOCK
 from drivers.grbl.link import GrblLink
 from drivers.grbl.settings import GrblSettings
 from drivers.polled_stage import PolledStage
-from drivers.serial_line import LineWire, open_port
 from protocols import BenchContext, DeviceIdentity, DeviceTimeout, DriverUnavailable, InputError, MotionProfile
 
 _NAME: Final = "stage"
@@ -26,34 +25,15 @@ def open_grbl(settings: GrblSettings, context: BenchContext) -> PolledStage:
         InputError: neither port nor transport, or limits beyond the controller's own, or one that reports in inches.
         DriverUnavailable: the port cannot be opened, or no GRBL answers.
     """
-    port = open_port(settings.port, context.transport, device=_NAME, table="stage", baud=settings.baud)
+    link, version = open_link(settings, context)
+    axis = GrblAxis(link, settings)
     try:
-        wire = LineWire(
-            port,
-            context.clock,
-            device=_NAME,
-            baud=settings.baud,
-            longest=LONGEST,
-            margin_s=settings.reply_margin_s,
-            poll_s=settings.poll_s,
-        )
-        link = GrblLink(wire)
-        axis = GrblAxis(link, settings)
-        try:
-            version = link.version(settings.boot_s)
-        except DeviceTimeout as silence:
-            raise DriverUnavailable(
-                device=_NAME,
-                saw=f"no GRBL on the line ({silence.saw})",
-                expected="an answer to $I",
-                remedy="check cable, power and baud, and that it is GRBL 1.1; reset it where a limit switch was hit",
-            ) from silence
         _agree(settings, axis.read_settings())
         axis.find_offset()
         if settings.unlock and axis.status().trouble:
             link.command(UNLOCK)
     except BaseException:
-        port.close()
+        link.wire.close()
         raise
     identity = DeviceIdentity(
         name=_NAME,
@@ -76,6 +56,29 @@ def open_grbl(settings: GrblSettings, context: BenchContext) -> PolledStage:
         require_home=settings.require_home,
         poll_s=_POLL_S,
     )
+
+
+def open_link(settings: GrblSettings, context: BenchContext) -> tuple[GrblLink, str]:
+    """Open the line, and give it with the controller's version.
+
+    Raises:
+        InputError, DriverUnavailable: as ``open_grbl``.
+    """
+    wire = settings.open_wire(context, device=_NAME, longest=LONGEST)
+    try:
+        link = GrblLink(wire)
+        try:
+            return link, link.version(settings.boot_s)
+        except DeviceTimeout as silence:
+            raise DriverUnavailable(
+                device=_NAME,
+                saw=f"no GRBL on the line ({silence.saw})",
+                expected="an answer to $I",
+                remedy="check cable, power and baud, and that it is GRBL 1.1; reset it where a limit switch was hit",
+            ) from silence
+    except BaseException:
+        wire.close()
+        raise
 
 
 def _agree(settings: GrblSettings, stored: dict[int, float]) -> None:

@@ -44,6 +44,9 @@ class GrblLink:
         self.silent = False
         """Whether the controller will say nothing until it is reset: after a limit switch was hit."""
 
+        self.greeted = False
+        """Whether it has welcomed us since the port was opened: it started anew."""
+
         self._doubtful = True
 
     @property
@@ -130,6 +133,7 @@ class GrblLink:
             self.silent = event.code in SILENT
         elif isinstance(event, Welcome):
             self.homing = self.homed = self.silent = False
+            self.greeted = True
         return event
 
     def _fence(self) -> str:

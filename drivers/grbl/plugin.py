@@ -1,6 +1,7 @@
 """Entry point ``kinopix.stages``: ``grbl``."""
 
 from drivers.grbl.driver import open_grbl
+from drivers.grbl.questions import QUESTIONS
 from drivers.grbl.settings import GrblSettings
 from drivers.serial_line import availability, probe
 from protocols import DriverPlugin
@@ -11,4 +12,5 @@ plugin = DriverPlugin(
     open=open_grbl,
     availability=availability,
     probe=probe,
+    questions=QUESTIONS,
 )

@@ -7,6 +7,7 @@ from drivers.h10682.counter import H10682Counter
 from drivers.h10682.detector import NAME
 from drivers.ni.driver import ni_counter
 from drivers.ni.errors import NiFault, typed_error
+from drivers.ni.questions import QUESTIONS
 from drivers.ni.settings import NiSettings
 from drivers.ni.tasks import open_system
 from protocols import Availability, BenchContext, DriverPlugin
@@ -53,4 +54,5 @@ plugin: DriverPlugin[NiSettings, H10682Counter] = DriverPlugin(
     open=open_counter,
     availability=availability,
     probe=probe,
+    questions=QUESTIONS,
 )

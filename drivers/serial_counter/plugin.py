@@ -1,6 +1,7 @@
 """Entry point ``kinopix.counters``: ``serial-counter``."""
 
 from drivers.serial_counter.driver import open_serial_counter
+from drivers.serial_counter.questions import QUESTIONS
 from drivers.serial_counter.settings import SerialCounterSettings
 from drivers.serial_line import availability, probe
 from protocols import DriverPlugin
@@ -11,4 +12,5 @@ plugin = DriverPlugin(
     open=open_serial_counter,
     availability=availability,
     probe=probe,
+    questions=QUESTIONS,
 )

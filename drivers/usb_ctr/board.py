@@ -1,13 +1,18 @@
 """A USB-CTR board that is open: requests sent, answers checked, the FPGA loaded, scans started and stopped."""
 
 import errno
+from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 from drivers.h10682.detector import NAME
 from drivers.usb_ctr import codec
 from drivers.usb_ctr.codec import BadAnswer, Request, Scan, Status
+from drivers.usb_ctr.image import maker_image
 from drivers.usb_ctr.pipe import UsbFault, UsbPipe, find_pipes
+from drivers.usb_ctr.settings import UsbCtrSettings
 from protocols import (
+    BenchContext,
     DeviceBusy,
     DeviceDisconnected,
     DeviceError,
@@ -18,6 +23,8 @@ from protocols import (
     KinopixError,
     ProtocolViolation,
 )
+
+DoneT = TypeVar("DoneT")
 
 
 def typed_error(fault: UsbFault, what: str) -> KinopixError:
@@ -131,10 +138,7 @@ class UsbCtrBoard:
         Raises:
             DeviceBusy: another program has it.
         """
-        try:
-            self._pipe.claim()
-        except UsbFault as fault:
-            raise typed_error(fault, "claiming the board") from fault
+        self._pipe_does(self._pipe.claim, "claiming the board")
 
     def start_scan(self, scan: Scan, *, samples: int = 0, pacer_period: int = 0, packet_words: int = 0) -> None:
         """Start in the order of the maker's library; a scan that somebody left running is stopped first."""
@@ -142,26 +146,23 @@ class UsbCtrBoard:
         self.ask(codec.scan_config(scan))
         self.clear_halt()
         self.ask(codec.CLEAR_FIFO)
+        self._pipe_does(self._pipe.begin_packets, "queueing transfers")
         self.ask(codec.scan_start(scan, samples=samples, pacer_period=pacer_period, packet_words=packet_words))
 
     def stop_scan(self) -> None:
         """Stop, and empty the board's memory and the pipe."""
-        for request in (codec.STOP_SCAN, codec.CLEAR_FIFO, codec.flush_bulk()):
-            self.ask(request)
+        self.ask(codec.STOP_SCAN)
+        self._pipe_does(self._pipe.end_packets, "cancelling transfers")
+        self.ask(codec.CLEAR_FIFO)
+        self.ask(codec.flush_bulk())
 
     def packet(self) -> bytes:
-        """One packet of scan data that is there already; empty where none is."""
-        try:
-            return self._pipe.packet()
-        except UsbFault as fault:
-            raise typed_error(fault, "reading scan data") from fault
+        """The next packet of scan data that has come; empty where none has."""
+        return self._pipe_does(self._pipe.packet, "reading scan data")
 
     def clear_halt(self) -> None:
         """Clear a halt of the scan endpoint."""
-        try:
-            self._pipe.clear_halt()
-        except UsbFault as fault:
-            raise typed_error(fault, "clearing the scan endpoint") from fault
+        self._pipe_does(self._pipe.clear_halt, "clearing the scan endpoint")
 
     def close(self) -> None:
         """Give the board back. Never raises: it is gone or it is free."""
@@ -169,6 +170,12 @@ class UsbCtrBoard:
             self._pipe.close()
         except UsbFault:
             return
+
+    def _pipe_does(self, action: Callable[[], DoneT], what: str) -> DoneT:
+        try:
+            return action()
+        except UsbFault as fault:
+            raise typed_error(fault, what) from fault
 
 
 def open_board(transport: object | None, serial: str | None) -> UsbCtrBoard:
@@ -203,6 +210,22 @@ def open_board(transport: object | None, serial: str | None) -> UsbCtrBoard:
         if board is not chosen[0]:
             board.close()
     return chosen[0]
+
+
+def open_loaded_board(settings: UsbCtrSettings, context: BenchContext) -> UsbCtrBoard:
+    """The board that the settings name, with its FPGA image.
+
+    Raises:
+        KinopixError: as ``open_board`` and ``UsbCtrBoard.ensure_fpga``.
+    """
+    board = open_board(context.transport, settings.serial)
+    try:
+        named = settings.fpga_image
+        board.ensure_fpga(maker_image() if named is None else context.folder / named)
+    except BaseException:
+        board.close()
+        raise
+    return board
 
 
 def _read_image(path: Path) -> bytes:

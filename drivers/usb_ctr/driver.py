@@ -33,7 +33,7 @@ def usb_ctr_counter(
         model=f"{board.model} with {settings.head.model}",
         serial=board.serial,
         firmware=f"FPGA {board.fpga_version()}",
-        driver="pyusb",
+        driver="libusb",
         simulated=simulated,
     )
     return H10682Counter(identity, _limits(settings), lambda run: UsbCtrScan(run, settings, board, clock), board.close)

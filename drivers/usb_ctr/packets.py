@@ -1,12 +1,13 @@
 """How the samples of a run come over USB: one in a packet, or full packets.
 
-One sample in a packet loses nothing, even of a run that is cut short, and shows every surplus edge; but it is one transfer a
-pattern, and a computer that waits for each has about 4,000 a second [I: half of USB's 8,000 microframes]. What does not keep
-up waits on the board, which holds 8,192 samples, and then overruns: an error, never a loss in silence.
+One sample in a packet loses nothing, even of a run that is cut short, and shows every surplus edge. It is one transfer a
+pattern, of which ``pipe.IN_FLIGHT`` are queued: 20,000 a second take some 10 us of processor each (benchmarks/counter_reads.py).
+What does not keep up waits on the board, which holds 8,192 samples, and then overruns: an error, never a loss in silence.
 
-Full packets of 256 words are 78 transfers a second at 20 kHz. The board sends the last, partial one only when a scan completes
-(wjasper/Linux_Drivers #35), so the scan has the samples of the run and no more: edges beyond it make no sample, and a run that
-lacks an edge keeps its last packet back. So full packets are for benches on which a counter counts the sync itself.
+Full packets of 256 words are 78 transfers a second at 20 kHz, and a tenth of the processor's time. The board sends the last,
+partial one only when a scan completes (wjasper/Linux_Drivers #35), so the scan has the samples of the run and no more: edges
+beyond it make no sample, and a run that lacks an edge keeps its last packet back. So full packets are for benches on which a
+counter counts the sync itself.
 """
 
 from dataclasses import dataclass
@@ -16,7 +17,7 @@ from drivers.usb_ctr.settings import UsbCtrSettings
 from protocols import CounterRun
 
 SINGLE_PACKETS_HZ = 4000.0
-"""Rate of sync edges up to which each sample comes alone."""
+"""Rate of sync edges up to which each sample comes alone in any case: it costs little then."""
 
 
 @dataclass(frozen=True)

@@ -1,15 +1,16 @@
 """Plug-in ``usb-ctr``: an H10682 on a Measurement Computing USB-CTR04 or USB-CTR08.
 
-The transport it takes instead of libusb is a ``usb.backend.IBackend``.
+The transport it takes instead of libusb is a ``usb1.USBContext``, or what behaves like one.
 """
 
 from importlib.metadata import version
 
 from drivers.h10682.counter import H10682Counter
-from drivers.usb_ctr.board import UsbCtrBoard, open_board, typed_error
+from drivers.usb_ctr.board import UsbCtrBoard, open_loaded_board, typed_error
 from drivers.usb_ctr.driver import usb_ctr_counter
 from drivers.usb_ctr.image import maker_image
 from drivers.usb_ctr.pipe import UsbFault, find_pipes
+from drivers.usb_ctr.questions import QUESTIONS
 from drivers.usb_ctr.self_test import SelfTest, self_test
 from drivers.usb_ctr.settings import UsbCtrSettings
 from protocols import Availability, BenchContext, DriverPlugin, KinopixError
@@ -22,7 +23,7 @@ def open_counter(settings: UsbCtrSettings, context: BenchContext) -> H10682Count
         DriverUnavailable: no libusb, no board, several boards, or no FPGA image.
         InputError: a counter or an image that does not exist, or a transport that is not made for USB.
     """
-    board = _open_board(settings, context)
+    board = open_loaded_board(settings, context)
     try:
         return usb_ctr_counter(settings, board, context.clock, simulated=context.transport is not None)
     except BaseException:
@@ -43,22 +44,11 @@ def run_self_test(settings: UsbCtrSettings, context: BenchContext | None = None,
         DeviceTimeout: a paced scan of the board gives no samples.
     """
     context = context or BenchContext()
-    board = _open_board(settings, context)
+    board = open_loaded_board(settings, context)
     try:
         return self_test(board, context.clock, counter=settings.counter, timer=timer)
     finally:
         board.close()
-
-
-def _open_board(settings: UsbCtrSettings, context: BenchContext) -> UsbCtrBoard:
-    board = open_board(context.transport, settings.serial)
-    try:
-        named = settings.fpga_image
-        board.ensure_fpga(maker_image() if named is None else context.folder / named)
-    except BaseException:
-        board.close()
-        raise
-    return board
 
 
 def availability() -> Availability:
@@ -74,7 +64,7 @@ def availability() -> Availability:
             missing="libusb is there; the maker's FPGA image, which a board needs after each power-up, is not. To do: set"
             " fpga_image under [counter] in bench.toml to the maker's file (usb-ctr.rbf), or install mccdaq/uldaq (Linux)",
         )
-    return Availability(ready=True, version=f"pyusb {version('pyusb')}")
+    return Availability(ready=True, version=f"libusb1 {version('libusb1')}")
 
 
 def probe() -> tuple[str, ...]:
@@ -95,9 +85,10 @@ def probe() -> tuple[str, ...]:
 
 
 plugin: DriverPlugin[UsbCtrSettings, H10682Counter] = DriverPlugin(
-    summary="H10682 photon counter on a Measurement Computing USB-CTR04/08 (pyusb)",
+    summary="H10682 photon counter on a Measurement Computing USB-CTR04/08 (libusb)",
     settings=UsbCtrSettings,
     open=open_counter,
     availability=availability,
     probe=probe,
+    questions=QUESTIONS,
 )

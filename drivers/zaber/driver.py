@@ -5,7 +5,6 @@ from typing import Final
 import serial
 
 from drivers.polled_stage import PolledStage
-from drivers.serial_line import LineWire, open_port
 from drivers.zaber.axis import ZaberAxis
 from drivers.zaber.codec import LONGEST
 from drivers.zaber.settings import ZaberSettings
@@ -23,32 +22,12 @@ def open_zaber(settings: ZaberSettings, context: BenchContext) -> PolledStage:
         InputError: neither port nor transport, or ``travel_mm`` beyond the controller's own limits.
         DriverUnavailable: the port cannot be opened, or no Zaber controller answers.
     """
-    port = open_port(settings.port, context.transport, device=_NAME, table="stage", baud=settings.baud)
+    axis, version = open_axis(settings, context)
     try:
-        port.reset_input_buffer()
-        wire = LineWire(
-            port,
-            context.clock,
-            device=_NAME,
-            baud=settings.baud,
-            longest=LONGEST,
-            margin_s=settings.reply_margin_s,
-            poll_s=settings.poll_s,
-        )
-        axis = ZaberAxis(wire, settings)
-        try:
-            version = axis.query("get version").value.data
-        except DeviceTimeout as silence:
-            raise DriverUnavailable(
-                device=_NAME,
-                saw=f"no Zaber controller as device {settings.device} ({silence.saw})",
-                expected="a reply in the ASCII protocol",
-                remedy="check cable, power, device and baud in bench.toml, and that the protocol is ASCII, not binary",
-            ) from silence
         device_id = axis.query("get deviceid").value.data
         _check_travel(settings, axis)
     except BaseException:
-        port.close()
+        axis.close()
         raise
     identity = DeviceIdentity(
         name=_NAME,
@@ -68,6 +47,30 @@ def open_zaber(settings: ZaberSettings, context: BenchContext) -> PolledStage:
         home_limit_s=settings.home_timeout_s,
         require_home=settings.require_home,
     )
+
+
+def open_axis(settings: ZaberSettings, context: BenchContext) -> tuple[ZaberAxis, str]:
+    """Open the line, and give the axis with its firmware.
+
+    Raises:
+        InputError, DriverUnavailable: as ``open_zaber``.
+    """
+    wire = settings.open_wire(context, device=_NAME, longest=LONGEST)
+    try:
+        wire.clear()
+        axis = ZaberAxis(wire, settings)
+        try:
+            return axis, axis.query("get version").value.data
+        except DeviceTimeout as silence:
+            raise DriverUnavailable(
+                device=_NAME,
+                saw=f"no Zaber controller as device {settings.device} ({silence.saw})",
+                expected="a reply in the ASCII protocol",
+                remedy="check cable, power, device and baud in bench.toml, and that the protocol is ASCII, not binary",
+            ) from silence
+    except BaseException:
+        wire.close()
+        raise
 
 
 def _check_travel(settings: ZaberSettings, axis: ZaberAxis) -> None:

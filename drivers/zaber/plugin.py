@@ -2,6 +2,7 @@
 
 from drivers.serial_line import availability, probe
 from drivers.zaber.driver import open_zaber
+from drivers.zaber.questions import QUESTIONS
 from drivers.zaber.settings import ZaberSettings
 from protocols import DriverPlugin
 
@@ -11,4 +12,5 @@ plugin = DriverPlugin(
     open=open_zaber,
     availability=availability,
     probe=probe,
+    questions=QUESTIONS,
 )

@@ -2,6 +2,7 @@
 
 from drivers.serial_line import availability, probe
 from drivers.zolix.driver import Ka400z
+from drivers.zolix.questions import QUESTIONS
 from drivers.zolix.settings import Ka400zSettings
 from protocols import DriverPlugin
 
@@ -11,4 +12,5 @@ plugin = DriverPlugin(
     open=Ka400z,
     availability=availability,
     probe=probe,
+    questions=QUESTIONS,
 )

@@ -18,7 +18,7 @@ from instrument.session.events import (
 from instrument.session.feed import Feed
 from instrument.session.holding import hold
 from instrument.session.instrument import Instrument
-from instrument.session.opening import open_devices
+from instrument.session.opening import open_devices, surroundings
 from instrument.session.probing import Probed, probe_bench
 from instrument.session.run import Run
 from instrument.session.safety import make_safe
@@ -59,4 +59,5 @@ __all__ = [
     "open_devices",
     "probe_bench",
     "simulate",
+    "surroundings",
 ]

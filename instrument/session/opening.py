@@ -1,7 +1,7 @@
 """From a checked bench.toml to open devices."""
 
-from collections.abc import Collection
-from contextlib import AbstractContextManager, ExitStack
+from collections.abc import Collection, Generator
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, cast
 
@@ -34,11 +34,27 @@ def open_devices(bench: BenchConfig, only: Collection[RoleName] | None = None) -
         return Devices(opened, clock, scene, stack.pop_all())
 
 
+@contextmanager
+def surroundings(bench: BenchConfig, role: RoleName) -> Generator[BenchContext]:
+    """Open scene and transport of one device, but not the device itself: for what only its driver can ask of it.
+
+    Raises:
+        KinopixError: one of them did not open.
+    """
+    with ExitStack() as stack:
+        scene = bench.scene.plugin.open(bench.scene.settings, bench.folder) if bench.scene else None
+        yield _context(bench.devices[role], scene, scene.clock if scene else MonotonicClock(), bench.folder, stack)
+
+
 def _open(device: ResolvedDevice, scene: Scene | None, clock: Clock, folder: Path, stack: ExitStack) -> Any:
+    return stack.enter_context(device.plugin.open(device.settings, _context(device, scene, clock, folder, stack)))
+
+
+def _context(device: ResolvedDevice, scene: Scene | None, clock: Clock, folder: Path, stack: ExitStack) -> BenchContext:
     context = BenchContext(clock=clock, scene=scene, folder=folder)
-    if device.transport:
-        transport = device.transport.plugin.open(device.transport.settings, context)
-        context = BenchContext(clock=clock, scene=scene, folder=folder, transport=transport)
-        if hasattr(transport, "__exit__"):
-            stack.enter_context(cast("AbstractContextManager[object]", transport))
-    return stack.enter_context(device.plugin.open(device.settings, context))
+    if device.transport is None:
+        return context
+    transport = device.transport.plugin.open(device.transport.settings, context)
+    if hasattr(transport, "__exit__"):
+        stack.enter_context(cast("AbstractContextManager[object]", transport))
+    return BenchContext(clock=clock, scene=scene, folder=folder, transport=transport)

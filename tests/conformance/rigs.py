@@ -164,7 +164,7 @@ def ni() -> Generator[CounterRig]:
 
 @contextmanager
 def usb_ctr() -> Generator[CounterRig]:
-    """The USB-CTR driver on an emulated board behind pyusb, which gets its FPGA image first."""
+    """The USB-CTR driver on an emulated board behind libusb, which gets its FPGA image first."""
     with _usb_ctr() as rig:
         yield rig
 

@@ -124,6 +124,14 @@ def test_the_page_s_devices_do_a_run_and_the_stage_carries_the_object(package: P
         assert [float(px) for px in line[3:]] == pytest.approx([0.0, 10 * 24 * 6 * 50e-6 * 7.2 * 32 / 128], abs=0.01)
 
 
+def test_the_page_s_stage_is_commissioned_with_its_own_question(package: Path) -> None:
+    done = python(
+        package, "kinopix", "probe", "--bench", "acme.toml", "--commission", "--only", "stage", "--yes", "--out", "acme"
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "1. Is a millimetre a millimetre?\n      [ok] see travel above" in (package / "acme.txt").read_text()
+
+
 def test_the_suite_may_be_imported_instead(package: Path) -> None:
     done = run(package, "tests", "-k", "signed or any_order")
     assert done.returncode == 0, done.stdout + done.stderr

@@ -2,7 +2,7 @@
 
 from typing import Any, Final
 
-from protocols import CounterOverrun, DeviceBusy, DriverUnavailable, InputError
+from protocols import CounterOverrun, DeviceBusy, DeviceDisconnected, DriverUnavailable, InputError
 from tests.faults.row import Row
 
 
@@ -42,6 +42,7 @@ ROWS: Final = (
         says=("pmt",),
         kept=0,
     ),
+    _row("the board is unplugged", "gone_at_read = 0", error=DeviceDisconnected, says=("pmt",), kept=0),
     _row(
         "the detector's voltage leaves the range in every frame",
         "volts_per_light = 0.5",

@@ -112,7 +112,8 @@ def check_recording(row: Row, recording: Recording) -> None:
     assert np.isnan(values[row.patterns :]).all()
     ends_early = row.patterns < len(clean) and row.masked != "all"
     sure = np.arange(len(values)) < row.patterns if ends_early else np.repeat(good, 6)
-    ours, theirs = values[sure], clean[: len(values)][sure]
+    light = values * 1e3 if row.counter == "ni-analog" else values  # its emulator gives a millivolt for each count
+    ours, theirs = light[sure], clean[: len(values)][sure]
     if row.counts == "same":
         np.testing.assert_array_equal(ours, theirs)
     elif row.counts == "alike":

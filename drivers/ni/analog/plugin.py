@@ -5,6 +5,7 @@ The transport it takes instead of a local NI-DAQmx is a ``nidaqmx.GrpcSessionOpt
 
 from drivers.h10682.counter import H10682Counter
 from drivers.h10682.detector import NAME
+from drivers.ni.analog.questions import QUESTIONS
 from drivers.ni.analog.run import AnalogRun
 from drivers.ni.analog.settings import NiAnalogSettings
 from drivers.ni.analog.tasks import AnalogSystem
@@ -57,4 +58,5 @@ plugin: DriverPlugin[NiAnalogSettings, H10682Counter] = DriverPlugin(
     open=open_analog,
     availability=availability,
     probe=probe,
+    questions=QUESTIONS,
 )

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause
  * Copyright The Kinopix authors
  *
- * A photon counter by the protocol of docs/reference/serial-counter.md. Not compiled and not run on a board yet: see README.md.
+ * A photon counter by the protocol of docs/reference/serial-counter.md. Not run on a board yet: see README.md.
  */
 #include <stdio.h>
 #include <stdlib.h>

@@ -24,13 +24,14 @@ _GrpcSessionOptions: Any = nidaqmx.GrpcSessionOptions
 _add_servicer: Any = nidaqmx_pb2_grpc.add_NiDAQmxServicer_to_server
 
 _RESERVED, _OVERRUN, _NO_DEVICE, _TOO_FAST, _NOT_THERE = -50103, -200279, -200220, -200081, -200284
-_UNSUPPORTED = -200452
+_UNSUPPORTED, _GONE = -200452, -201003
 _TEXTS = {
     _RESERVED: "The specified resource is reserved. The operation could not be completed as specified.",
     _OVERRUN: "The application is not able to keep up with the hardware acquisition.",
     _NO_DEVICE: "Device identifier is invalid.",
     _TOO_FAST: "Sample rate exceeds the maximum sample rate for the number of channels specified.",
     _NOT_THERE: "Some or all of the samples requested have not yet been acquired.",
+    _GONE: "Device cannot be accessed. Possible causes: device is no longer present in the system.",
     _UNSUPPORTED: "Specified property is not supported by the device or is not applicable to the task.",
 }
 
@@ -59,6 +60,8 @@ def _rpc(method: Callable[..., Any]) -> Callable[..., Any]:
     def answer(self: "NiAnalogService", request: Any, context: grpc.ServicerContext) -> Any:
         with self.lock:
             try:
+                if self.gone and method.__name__ != "GetErrorString":
+                    raise _Refused(_GONE)
                 return method(self, request)
             except _Refused as error:
                 context.set_trailing_metadata((("ni-error", str(error.code)), ("ni-samps-per-chan-read", "0")))
@@ -72,6 +75,7 @@ class NiAnalogService(_Servicer):  # type: ignore[misc]
 
     def __init__(self, settings: NiAnalogEmulatorSettings, bench: OpticalBench) -> None:
         self.lock = threading.RLock()
+        self.gone = False
         self._settings, self._bench = settings, bench
         self._tasks: dict[str, _Task] = {}
         self._made = self._reads = 0
@@ -138,6 +142,9 @@ class NiAnalogService(_Servicer):  # type: ignore[misc]
         self._reads += 1
         if self._settings.overrun_at_read is not None and self._reads > self._settings.overrun_at_read:
             raise _Refused(_OVERRUN)
+        if self._settings.gone_at_read is not None and self._reads > self._settings.gone_at_read:
+            self.gone = True
+            raise _Refused(_GONE)
         if signal is None or n > signal.ready():
             raise _Refused(_NOT_THERE)
         light, sync = signal.take(n)

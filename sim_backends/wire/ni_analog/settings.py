@@ -51,5 +51,8 @@ class NiAnalogEmulatorSettings(Frozen):
     overrun_at_read: Index | None = None
     """A fault: from this read on the board has overwritten samples (-200279)."""
 
+    gone_at_read: Index | None = None
+    """A fault: from this read on the board is unplugged, and every call about it fails (-201003)."""
+
     reserved: bool = False
     """A fault: another program holds the inputs (-50103)."""

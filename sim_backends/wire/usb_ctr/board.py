@@ -145,19 +145,19 @@ class EmulatedUsbCtrBoard:
             bits |= settings.scan_done_mask if scan.complete else 0
         return bits.to_bytes(2, "little")
 
-    def bulk_in(self, size: int, timeout_s: float) -> bytes:
+    def bulk_in(self, size: int, timeout_s: float | None) -> bytes:
         """Read scan data, until ``size`` bytes are in, a short packet ends the transfer, or the time is over.
 
         Args:
             size: bytes at most.
-            timeout_s: 0: no limit.
+            timeout_s: None: no limit.
 
         Raises:
             TimedOut: nothing came.
             OverflowError: a packet that is larger than what is left of ``size``.
             Gone: no device.
         """
-        deadline_s = self._clock.now_s() + (timeout_s or self.settings.patience_s)
+        deadline_s = self._clock.now_s() + (self.settings.patience_s if timeout_s is None else timeout_s)
         data = bytearray()
         while True:
             with self._lock:

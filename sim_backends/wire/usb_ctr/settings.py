@@ -31,7 +31,7 @@ class FpgaRefused(Frozen):
 class NoAccess(Frozen):
     """The device cannot be opened (errno 13), its interface is held (errno 16), or the maker's driver holds it.
 
-    What the maker's driver holds, libusb cannot open: pyusb raises NotImplementedError.
+    What the maker's driver holds, libusb cannot open: NOT_SUPPORTED.
     """
 
     kind: Literal["no-permission", "interface-claimed", "maker-driver"]

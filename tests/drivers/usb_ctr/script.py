@@ -17,6 +17,8 @@ class ScriptedPipe:
     product_id: int = 0x012E
     closed: bool = False
     claimed: bool = False
+    listening: bool = False
+    """Whether transfers wait for packets."""
 
     def ask(self, command: int, value: int, index: int, n_bytes: int) -> bytes:
         answer = self._next(f"{command:02x} {value:x} {index:x}")
@@ -27,6 +29,7 @@ class ScriptedPipe:
         assert self._next(f"{command:02x} {value:x} {index:x} {data.hex()}".strip()) is None
 
     def packet(self) -> bytes:
+        assert self.listening
         packet = self.packets.pop(0) if self.packets else b""
         if isinstance(packet, UsbFault):
             raise packet
@@ -37,6 +40,12 @@ class ScriptedPipe:
 
     def clear_halt(self) -> None:
         assert self._next("clear halt 86") is None
+
+    def begin_packets(self) -> None:
+        self.listening = True
+
+    def end_packets(self) -> None:
+        self.listening = False
 
     def close(self) -> None:
         self.closed = True

@@ -62,6 +62,40 @@ def test_probe_tells_of_the_others_where_one_does_not_open(tmp_path: Path, capsy
     assert "none.so" in said.err
 
 
+def test_commissioning_asks_before_anything_moves_and_writes_a_report(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Without a terminal nobody can agree; with --yes somebody has. Neither loses an older report."""
+    monkeypatch.chdir(tmp_path)
+    command = ["probe", "--bench", str(BENCHES / "zaber.toml"), "--commission", "--only", "stage", "--out", "rack-3"]
+    assert status(command) == 0
+    assert "travel [not asked] nobody agreed to it" in (tmp_path / "rack-3.txt").read_text()
+    assert status([*command, "--yes"]) == 2
+    assert "rack-3.txt, which exists" in " ".join(capsys.readouterr().err.split())
+    assert status([*command, "--yes", "--overwrite", "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert printed == {**json.loads((tmp_path / "rack-3.json").read_text()), "warnings": []}
+    assert printed["devices"][0]["measured"]["travel"]["state"] == "answered"
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [(["--yes"], "--yes without --commission"), (["--commission", "--only", "lamp"], "--only lamp")],
+)
+def test_options_of_a_commissioning_that_mean_nothing_are_refused(
+    options: list[str], told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert status(["probe", "--bench", str(BENCHES / "zaber.toml"), *options]) == 2
+    assert told in capsys.readouterr().err
+
+
+def test_a_commissioning_with_a_device_that_does_not_open_ends_with_3(tmp_path: Path) -> None:
+    bench = tmp_path / "bench.toml"
+    bench.write_text('[modulator]\ndriver = "dlp7000"\nlibrary = "none.so"\n')
+    assert status(["probe", "--bench", str(bench), "--commission", "--yes", "--out", str(tmp_path / "a")]) == 3
+    assert "none.so" in (tmp_path / "a.txt").read_text()
+
+
 @pytest.mark.parametrize(
     ("target", "mm"), [("12.5", 12.5), ("+1.5", 21.5), ("+-1.5", 18.5), ("-2", None), ("500", None), ("where", 20.0)]
 )

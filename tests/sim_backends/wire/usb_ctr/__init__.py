@@ -1,1 +1,1 @@
-"""The emulated USB-CTR, driven through pyusb."""
+"""The emulated USB-CTR, driven as the package usb1 drives one."""

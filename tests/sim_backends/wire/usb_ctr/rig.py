@@ -1,6 +1,5 @@
-"""An emulated USB-CTR behind pyusb: the one typed place for a package without types."""
+"""An emulated USB-CTR as the package ``usb1`` shows it: the one typed place for a package without types."""
 
-import errno
 import importlib
 import struct
 from collections.abc import Sequence
@@ -10,41 +9,49 @@ import pytest
 
 from protocols import BenchContext
 from sim_backends.bench import OpticalBench
-from sim_backends.wire.usb_ctr import UsbCtrBackend, UsbCtrEmulatorSettings, open_emulator
+from sim_backends.wire.usb_ctr import UsbCtrContext, UsbCtrEmulatorSettings, open_emulator
 from tests.sim_backends.projector import all_on, bench_with, pixel, show
 
 PHOTONS = {"kind": "poisson", "peak_counts": 250.0, "seed": 3}
-_core: Any = importlib.import_module("usb.core")
-_util: Any = importlib.import_module("usb.util")
-find, dispose, USBError = _core.find, _util.dispose_resources, _core.USBError
+_usb1: Any = importlib.import_module("usb1")
+USBError = _usb1.USBError
+NO_DEVICE, STALL, TIMEOUT, OVERFLOW, BUSY, NO_ACCESS, NOT_FOUND, NOT_SUPPORTED = -4, -9, -7, -8, -6, -3, -5, -12
+"""Numbers of libusb's errors."""
 
 
-def claim(device: Any) -> None:
-    """Claim the interface of the scan endpoint."""
-    _util.claim_interface(device, 0)
-
-
-NO_DEVICE, STALL, TIMEOUT, OVERFLOW, BUSY, NO_ACCESS, NOT_FOUND = (
-    errno.ENODEV, errno.EPIPE, errno.ETIMEDOUT, errno.EOVERFLOW, errno.EBUSY, errno.EACCES, errno.ENOENT,
-)  # fmt: skip
+def find(context: UsbCtrContext, product_id: int | None = None) -> Any:
+    """Open the only device on the bus, if it has that number; None where there is none."""
+    found: list[Any] = [
+        device
+        for device in context.getDeviceIterator()
+        if device.getVendorID() == 0x09DB and product_id in {None, device.getProductID()}
+    ]
+    return found[0].open() if found else None
 
 
 class Rig:
-    """A bench, an emulated device on it, and the device as pyusb shows it."""
+    """A bench, an emulated device on it, and its handle once it is asked for."""
 
     def __init__(self, *, scene: dict[str, object] | None = None, loaded: bool = True, **settings: object) -> None:
         self.bench: OpticalBench = bench_with(**({"object": "disc", "noise": PHOTONS} | (scene or {})))
         chosen = UsbCtrEmulatorSettings.model_validate({"fpga_configured": loaded} | settings)
-        self.backend: UsbCtrBackend = open_emulator(chosen, BenchContext(clock=self.bench.clock, scene=self.bench))
-        self.device: Any = find(idVendor=0x09DB, backend=self.backend)
+        self.context: UsbCtrContext = open_emulator(chosen, BenchContext(clock=self.bench.clock, scene=self.bench))
+        self._handle: Any = None
+
+    @property
+    def handle(self) -> Any:
+        """The open device."""
+        if self._handle is None:
+            self._handle = find(self.context)
+        return self._handle
 
     def out(self, request: int, value: int = 0, index: int = 0, data: bytes = b"") -> None:
         """A vendor request to the device."""
-        assert self.device.ctrl_transfer(0x40, request, value, index, data, 1000) == len(data)
+        assert self.handle.controlWrite(0x40, request, value, index, data, 1000) == len(data)
 
     def ask(self, request: int, size: int, value: int = 0, index: int = 0) -> bytes:
         """A vendor request from the device."""
-        return bytes(self.device.ctrl_transfer(0xC0, request, value, index, size, 1000))
+        return bytes(self.handle.controlRead(0x40, request, value, index, size, 1000))
 
     def status(self) -> int:
         """The status word."""
@@ -62,7 +69,9 @@ class Rig:
 
     def read(self, size: int = 512, timeout_ms: int = 100) -> list[int]:
         """One bulk transfer, as words."""
-        data = bytes(self.device.read(0x86, size, timeout_ms))
+        if self.context.holder is None:
+            self.handle.claimInterface(0)
+        data = bytes(self.handle.bulkRead(0x86, size, timeout_ms))
         return list(struct.unpack(f"<{len(data) // 2}H", data))
 
     def read_words(self, words: int, timeout_ms: int = 100) -> list[int]:
@@ -84,7 +93,7 @@ class Rig:
 
 
 def errno_of(action: Any, *arguments: Any) -> int:
-    """Error number of a transfer that fails."""
+    """Libusb's number of a transfer that fails."""
     with pytest.raises(USBError) as raised:
         action(*arguments)
-    return int(raised.value.errno)
+    return int(raised.value.value)

@@ -307,7 +307,6 @@ def test_missing_and_surplus_edges_are_seen_as_they_are() -> None:
 def test_a_read_without_limit_ends_when_patience_is_over() -> None:
     rig = Rig(patience_s=60.0)
     rig.scan()
-    rig.device.default_timeout = 1
     assert errno_of(rig.read, 512, 0) == TIMEOUT
     assert rig.bench.clock.now_s() == 60.0
 
