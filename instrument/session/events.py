@@ -140,7 +140,7 @@ class FinishedEvent(_Event):
 
     kind: Literal["finished"] = "finished"
     outcome: Literal["done", "failed", "aborted"]
-    """``failed``: an error ended it; ``aborted``: somebody did."""
+    """``failed``: an error ended it; ``aborted``: somebody did, or a rule of the plan."""
     path: str | None = None
     """The recording, whole or partial; None where nothing is kept."""
     verdict: Verdict | None = None

@@ -11,7 +11,7 @@ import numpy as np
 from instrument.acquisition import CheckReport, Devices
 from instrument.plan import Plan
 from instrument.session import BlockEvent, Event, ImageEvent, Instrument, Run, TrackingEvent
-from instrument.views import Trace, plan_in_words
+from instrument.views import Trace, about_in_words, plan_in_words
 from instrument.web.desk import Wish
 from instrument.web.frames import image_body
 from instrument.web.state import DeviceLine, LightLine, LiveLine, PageState, PlanLine, check_lines
@@ -94,7 +94,9 @@ class Board:
         """Show a plan and what it was asked."""
         with self._lock:
             self._plan = plan
-            self._shown |= {"plan": PlanLine.of(plan, plan_in_words(plan)), "checks": check_lines(report)}
+            words = [about_in_words(plan), plan_in_words(plan)]
+            line = PlanLine.of(plan, ": ".join(part for part in words if part))
+            self._shown |= {"plan": line, "checks": check_lines(report)}
         self._changed()
 
     def show_run(self, run: Run) -> None:
