@@ -18,6 +18,7 @@ from instrument.cli import (
     calibrate_displacement,
     check,
     compare,
+    convert,
     count,
     demo,
     drivers,
@@ -77,6 +78,7 @@ app.command("run")(acquire.run)
 app.command("analyse")(analyse.analyse_file)
 app.command("check")(check.check)
 app.command("compare")(compare.compare_files)
+app.command("convert")(convert.convert)
 app.command("export")(export.export)
 app.command("film")(film.film)
 app.command("info")(info.info)

@@ -29,7 +29,6 @@ def picture_of_file(path: Path, size: int) -> Bytes:
     """
     from PIL import Image, UnidentifiedImageError  # noqa: PLC0415 - few pictures are files
 
-
     try:
         with Image.open(io.BytesIO(read_plain(path, _MOST_BYTES))) as opened:
             if opened.width * opened.height > _MOST_PIXELS:
