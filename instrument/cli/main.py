@@ -27,6 +27,7 @@ from instrument.cli import (
     info,
     init,
     move,
+    new_driver,
     probe,
     recover,
     reproduce,
@@ -84,6 +85,7 @@ app.command("film")(film.film)
 app.command("info")(info.info)
 app.command("recover")(recover.recover_file)
 app.command("init")(init.init)
+app.command("new-driver")(new_driver.new_driver)
 app.command("reproduce")(reproduce.reproduce_paper)
 app.command("schema")(schema.schema)
 app.command("serve")(serve.serve)
