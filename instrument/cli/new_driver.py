@@ -8,6 +8,8 @@ from typing import Annotated, Final, Literal
 
 import typer
 
+from instrument.cli.options import JsonOption, print_json
+
 _KINDS: Final = {"modulator": "ModulatorRig", "counter": "CounterRig", "stage": "StageRig"}
 _NAME: Final = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
 _LONGEST: Final = 60
@@ -23,6 +25,7 @@ def new_driver(
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder to make; the driver's name here if not given.")
     ] = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Write a package with a driver, its emulator and its tests, which pass: then put the commands of your device into it."""
     from instrument.views import say
@@ -47,12 +50,16 @@ def new_driver(
             expected="a folder to make, or an empty one",
             remedy="name another with --out",
         )
-    for path, text in files_of(name, kind).items():
-        place = folder / path
+    files = {folder / path: text for path, text in files_of(name, kind).items()}
+    for place, text in files.items():
         place.parent.mkdir(parents=True, exist_ok=True)
         place.write_text(text, encoding="utf-8")
-        say(f"written {place}")
-    say(f"next: cd {folder}; pip install -e '.[dev]'; pytest; then README.md")
+        if not as_json:
+            say(f"written {place}")
+    if as_json:
+        print_json({"folder": str(folder), "written": [str(place) for place in files]})
+    else:
+        say(f"next: cd {folder}; pip install -e '.[dev]'; pytest; then README.md")
 
 
 def files_of(name: str, kind: Literal["stage", "counter", "modulator"]) -> dict[str, str]:
