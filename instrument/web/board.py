@@ -39,7 +39,11 @@ class NewPath:
     generation: int
     """With another generation its first points have changed."""
     points: Floats
-    """``(n, 3)`` seconds, x and y in px."""
+    """``(n, 5)`` seconds, x and y in px, and the standard uncertainty of both, NaN where none is known."""
+
+
+def _known(sigma_px: float) -> float | None:
+    return sigma_px if np.isfinite(sigma_px) else None
 
 
 class Board:
@@ -171,7 +175,7 @@ class Board:
     def _take_path(self, event: TrackingEvent) -> None:
         with self._lock:
             stride = self._trace.stride
-            self._trace.add(event.displacement_px)
+            self._trace.add(event.displacement_px, event.sigma_px)
             self._generation += self._trace.stride != stride
             last = self._trace.last_px
             if last is not None and not np.isfinite(last).all():
@@ -183,6 +187,8 @@ class Board:
                 images_skipped=event.images_skipped,
                 x_px=None if last is None else last[0],
                 y_px=None if last is None else last[1],
+                sigma_x_px=_known(self._trace.last_sigma_px[0]),
+                sigma_y_px=_known(self._trace.last_sigma_px[1]),
                 along_mm=None if last is None else self._along_mm(*last),
             )
 
@@ -213,10 +219,11 @@ class Board:
     def path(self) -> NewPath:
         """The path so far."""
         with self._lock:
-            places_px, stride, generation = self._trace.displacement_px.copy(), self._trace.stride, self._generation
+            places_px, sigma_px = self._trace.displacement_px.copy(), self._trace.sigma_px.copy()
+            stride, generation = self._trace.stride, self._generation
             frame_s = 0.0 if self._plan is None else self._plan.frame_time_s
         time_s = (np.arange(len(places_px)) * stride + 0.5) * frame_s
-        return NewPath(generation, np.column_stack([time_s, places_px]).astype(np.float64))
+        return NewPath(generation, np.column_stack([time_s, places_px, sigma_px]).astype(np.float64))
 
     @property
     def state(self) -> PageState:

@@ -10,7 +10,6 @@ import typer
 from instrument.cli.main import app, status
 from tests.support.benches import bench_toml, plan_toml
 
-
 MC600 = Path(__file__).parents[3] / "examples" / "benches" / "alp-ni-mc600.toml"
 
 

@@ -36,9 +36,7 @@ def seen(
     """Hand the values over in blocks that end at ``cuts``; give the first answer."""
     rules, mask = StopRules(plan, LIGHT), np.ones(values.size, bool) if valid is None else valid
     edges = [0, *cuts, values.size]
-    answers = [
-        rules.see(values.ravel()[a:b], mask[a:b], photon_counts=photons) for a, b in pairwise(edges)
-    ]
+    answers = [rules.see(values.ravel()[a:b], mask[a:b], photon_counts=photons) for a, b in pairwise(edges)]
     return next((answer for answer in answers if answer is not None), None)
 
 
