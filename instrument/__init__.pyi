@@ -16,6 +16,7 @@ from .schemes import scheme_of as scheme_of
 from .session import Instrument as Instrument
 from .session import Run as Run
 from .session import RunAborted as RunAborted
+from .session import RunStopped as RunStopped
 from .session import simulate as simulate
 from .storage import open_recording as open_recording
 from .tracking import StreamingTracker as StreamingTracker
@@ -34,6 +35,7 @@ __all__ = [
     "Refined",
     "Run",
     "RunAborted",
+    "RunStopped",
     "Scheme",
     "StreamingTracker",
     "TimingReport",

@@ -11,7 +11,9 @@ from pydantic import Field, PlainValidator, SerializeAsAny, field_validator, mod
 from instrument.config import (
     DEFAULT_SCHEME,
     ConfigError,
+    RunTable,
     SchemeSettings,
+    StopTable,
     read_document,
     scheme_problems,
     settings_of,
@@ -23,6 +25,9 @@ from protocols.plain_file import path_of
 
 _ONCE_OF_THE_PLAN = ("upsampling", "fourier_cycles", "hadamard_order", "shuffle_seed")
 """Keys that stood beside ``scheme`` in recordings of version 0.1."""
+
+ABOUT_THE_RUN: Final = frozenset({"run", "stop_if"})
+"""Tables that say nothing of what is shown: with others of them, plans have the same patterns."""
 
 MOST_PATTERNS: Final = 100_000_000
 """Patterns of a run at most: 2 GB of counts and values, and a hundred times what known boards play."""
@@ -46,6 +51,11 @@ class _Numbers(Frozen):
         if isinstance(value, bool):
             raise ValueError(f"is {str(value).lower()}, which is no number")  # noqa: TRY004 - pydantic collects these
         return value
+
+
+def _is_none(value: object) -> bool:
+    """Whether a table is missing: recordings of plans without it stay as programs of before know them."""
+    return value is None
 
 
 class MotionPlan(_Numbers):
@@ -134,6 +144,18 @@ class Plan(_Numbers):
 
     motion: MotionPlan | None = None
     """What the stage does. None leaves it where it is."""
+
+    run: Annotated[RunTable | None, Field(exclude_if=_is_none)] = None
+    """What the run is about: title, user, sample, notes. None where nobody said."""
+
+    stop_if: Annotated[StopTable | None, Field(exclude_if=_is_none)] = None
+    """What ends the run early. None lets it come to its end."""
+
+    @field_validator("run", "stop_if", mode="after")
+    @classmethod
+    def _none_if_it_says_nothing(cls, table: RunTable | StopTable | None) -> RunTable | StopTable | None:
+        empty = not table.rules if isinstance(table, StopTable) else table == RunTable()
+        return None if empty else table
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

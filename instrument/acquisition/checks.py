@@ -131,6 +131,7 @@ def check_plan(
         _displacement(plan, where),
         *_object(plan, where, None if stage is None else stage.limits.travel_mm),
         _run_length(plan, counter),
+        *_stop_rules(plan, counter),
         _disk(plan),
     ]
     return CheckReport(tuple(checks), built if isinstance(built, PatternSequence) else None)
@@ -347,6 +348,19 @@ def _run_length(plan: Plan, limits: CounterLimits) -> Check:
     if scheme_of(plan).image_rows is not None and plan.frames > plan.image_size**2:
         return Check("run length", "warning", f"{message}; Hadamard patterns repeat after {plan.image_size**2} frames")
     return _good("run length", message)
+
+
+def _stop_rules(plan: Plan, limits: CounterLimits) -> list[Check]:
+    """Which rules may end the run early, and which of them never can on this bench."""
+    table = plan.stop_if
+    if table is None:
+        return []
+    given = table.rules
+    idle = [f"{key} holds for longer than the run lasts" for key, hold_s in given.items() if hold_s > plan.run_time_s]
+    if "audit_fails_s" in given and limits.edge_time_resolution_s is None:
+        idle.append("audit_fails_s sees nothing of a counter without edge times")
+    message = ", ".join(f"{key} = {hold_s:g}" for key, hold_s in given.items())
+    return [Check("stop rules", "warning" if idle else "good", "; ".join([message, *idle]))]
 
 
 def _disk(plan: Plan) -> Check:

@@ -35,7 +35,7 @@ def check_recording(path: str | Path) -> tuple[CheckReport, int]:
         Check("structure", "good", f"{len(recording)} frames of {recording.plan.patterns_per_frame} patterns"),
         _checksums(raw),
         counted := _recount(recording, raw),
-        _timing(recording.timing),
+        _timing(recording.timing, whole=info.state == "complete"),
     ]
     report = CheckReport(tuple(checks))
     return report, _WRONG if counted.outcome == "error" else 0 if report.ok else _NOT_WHOLE
@@ -89,9 +89,9 @@ def _differ(stored: Floats, again: Floats, compared: int) -> Mask:
     return np.asarray((one != other) & ~(np.isnan(one) & np.isnan(other)))
 
 
-def _timing(report: TimingReport | None) -> Check:
+def _timing(report: TimingReport | None, *, whole: bool) -> Check:
     if report is None:
-        return Check("timing audit", "warning", "none: the run was cut off before it")
+        return Check("timing audit", "warning", "none is kept" if whole else "none: the run was cut off before it")
     told = f"{report.verdict}: {report.frames_masked} of {report.frames} frames masked"
     match report.verdict:
         case "good":

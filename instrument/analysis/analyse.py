@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TypeAlias, get_args
 
 import numpy as np
@@ -18,6 +19,7 @@ from instrument.measurement import LightModel, Measurement, first_light, usable_
 from instrument.reconstruction import Reconstruction, method_of, reconstruct
 from instrument.recording import Recording
 from instrument.shown import card, curves, grey, line
+from instrument.storage import open_recording
 from instrument.tracking import Trajectory
 from protocols import Floats, InputError
 
@@ -119,7 +121,7 @@ def _refuse_tracking(tracking: Tracking, mean_filter: int | None) -> None:
 
 
 def analyse(
-    recording: Recording,
+    recording: Recording | str | Path,
     *,
     tracking: Tracking = "joint",
     method: Method = "tv",
@@ -132,7 +134,7 @@ def analyse(
     """Track the object, reconstruct its image, and judge both, as far as the recording's scheme goes.
 
     Args:
-        recording: whole or partial recording.
+        recording: whole or partial recording, or its file.
         tracking: method by which the path is found.
         method: method by which the image is made, as in ``reconstruct``.
         background: whether the light of something that stands still is found together with the object: ``auto`` finds out
@@ -144,11 +146,13 @@ def analyse(
         on_step: function that is called before each step.
 
     Raises:
-        InputError: no frame is usable, nothing can be found in the values, the object leaves the field, or the tracking or the
-            method is unknown.
+        InputError: the file cannot be read, no frame is usable, nothing can be found in the values, the object leaves the field,
+            or the tracking or the method is unknown.
     """
     _refuse_tracking(tracking, mean_filter)
     method_of(method)
+    if isinstance(recording, str | Path):
+        recording = open_recording(recording)
     if isinstance(recording, Recording) and not usable_frames(recording).any():  # pyright: ignore[reportUnnecessaryIsInstance]
         raise InputError(
             saw=f"{len(recording)} frames, none of them valid" + _why(recording),

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
+from instrument.cli.about import NotesOption, SampleOption, TitleOption, UserOption, with_about
 from instrument.cli.options import BenchOption, JsonOption, OverwriteOption, PlanOption, print_json
 from instrument.cli.pages import PORT, ControlOption, HostOption, PageOptions, PortOption, TokenOption, say_where
 
@@ -30,6 +31,7 @@ POLISH_S: Final = 60.0
 
 
 def run(
+    context: typer.Context,
     bench: BenchOption,
     plan: PlanOption,
     out: Annotated[
@@ -52,10 +54,21 @@ def run(
     port: PortOption = PORT,
     token: TokenOption = None,
     control: ControlOption = False,
+    title: TitleOption = None,
+    sample: SampleOption = None,
+    user: UserOption = None,
+    notes: NotesOption = None,
+    log: Annotated[
+        bool,
+        typer.Option(
+            "--log", help="Keep a log beside the recording, run.log beside run.h5; one that is there goes on."
+        ),
+    ] = False,
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Acquire: move the stage, play the patterns, count the light, write the recording while it runs."""
+    from instrument.cli.log import log_beside
     from instrument.plan import Plan
     from instrument.storage import hdf5_has_failed
     from instrument.views import OUT, say, show_error, timing_table, warn
@@ -64,7 +77,10 @@ def run(
     try:
         page = PageOptions(host, port, token, control) if web else None
         out = out or Path(f"run-{datetime.now(UTC):%Y%m%d-%H%M%S}.h5")
-        recording = record(bench, Plan.from_toml(plan), out, overwrite=overwrite, live=live, light=light, page=page)
+        if log:
+            log_beside(out, context.obj)
+        asked = with_about(Plan.from_toml(plan), title=title, sample=sample, user=user, notes=notes)
+        recording = record(bench, asked, out, overwrite=overwrite, live=live, light=light, page=page)
     except (KinopixError, typer.Exit) as error:
         if not hdf5_has_failed():
             raise

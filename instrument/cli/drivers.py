@@ -91,14 +91,14 @@ def _print_missing(name: "Text", missing: str) -> None:
 
 
 @app.command()
-def probe() -> None:
+def probe(as_json: JsonOption = False) -> None:
     """Look for devices on this machine. Asks nothing that could move a stage or show a pattern."""
     from instrument.config import list_plugins
     from instrument.roles import ROLES
     from instrument.views import OUT, progress, say
 
     roles = {role.name for role in ROLES}
-    found = 0
+    found: list[dict[str, str]] = []
     with progress() as bars:
         task = bars.add_task("looking")
         lines = [line for line in list_plugins() if line.plugin.kind in roles]
@@ -106,7 +106,10 @@ def probe() -> None:
             if line.error:
                 continue
             for device in line.plugin.load_driver().probe():
-                found += 1
-                say(f"{line.plugin.kind} {line.plugin.name}: {device}")
-    if not found:
+                found.append({"kind": line.plugin.kind, "driver": line.plugin.name, "device": device})
+                if not as_json:
+                    say(f"{line.plugin.kind} {line.plugin.name}: {device}")
+    if as_json:
+        print_json({"devices": found})
+    elif not found:
         OUT.print("no device found; simulated ones need none")

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from instrument.cli.options import OverwriteOption, refuse_taken
+from instrument.cli.options import JsonOption, OverwriteOption, print_json, refuse_taken
 
 if TYPE_CHECKING:
     from protocols import Floats, Mask
@@ -25,6 +25,7 @@ def export(
         typer.Option("--out", help="File to write; the recording's name with another end if not given."),
     ] = None,
     overwrite: OverwriteOption = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Write a recording as CSV, TIFF or NPZ. Several kinds may be asked for at once; the recording stays as it is."""
     from instrument.views import say
@@ -43,7 +44,10 @@ def export(
     arrays = arrays_of(file)
     for kind, place in places.items():
         _WRITERS[kind](arrays, file, place)
-        say(f"written {place}")
+        if not as_json:
+            say(f"written {place}")
+    if as_json:
+        print_json({"written": {kind: str(place) for kind, place in places.items()}})
 
 
 def arrays_of(file: Path) -> "dict[str, Floats | Mask]":

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from instrument.cli.analyse import analysed
-from instrument.cli.options import OverwriteOption, refuse_taken
+from instrument.cli.options import JsonOption, OverwriteOption, print_json, refuse_taken
 
 
 def film(
@@ -17,6 +17,7 @@ def film(
     ] = None,
     pictures: Annotated[int, typer.Option(min=2, max=2000, help="Number of pictures; 15 are shown a second.")] = 60,
     overwrite: OverwriteOption = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Show a run as a film: the object moves, and its image forms from more and more frames."""
     from instrument.storage import open_recording
@@ -34,4 +35,7 @@ def film(
             pictures=pictures,
             on_picture=lambda done, total: bars.update(task, completed=done, total=total),
         )
-    say(f"written {path}")
+    if as_json:
+        print_json({"film": str(path), "pictures": pictures})
+    else:
+        say(f"written {path}")

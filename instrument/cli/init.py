@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from instrument.cli.options import OverwriteOption
+from instrument.cli.options import JsonOption, OverwriteOption, print_json
 
 
 def init(
@@ -17,6 +17,7 @@ def init(
     stage: Annotated[str, typer.Option(help="Driver of the stage.")] = "simulated",
     scheme: Annotated[str, typer.Option(help="What one frame shows.")] = "fourier-hadamard",
     overwrite: OverwriteOption = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Write a commented bench.toml and plan.toml for the chosen drivers, with the schemas that an editor completes keys by."""
     import json
@@ -43,7 +44,10 @@ def init(
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
-        say(f"written {folder / name}")
+        if not as_json:
+            say(f"written {folder / name}")
     needed = [line.split("=")[0].strip("# ") for line in texts["bench.toml"].splitlines() if "# needed:" in line]
-    if needed:
+    if as_json:
+        print_json({"written": [str(folder / name) for name in texts], "needed": needed})
+    elif needed:
         say(f"bench.toml needs what only you can know: {', '.join(needed)}")

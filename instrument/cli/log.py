@@ -43,6 +43,15 @@ def begin_log(path: Path | None, arguments: Sequence[str] | None, *, verbose: bo
     logging.getLogger(_LOGGERS[0]).info("kinopix %s: %s", version("kinopix"), shlex.join(arguments or ()))
 
 
+def log_beside(recording: Path, arguments: Sequence[str] | None) -> None:
+    """Log into the file of a recording's name that ends with ``.log``, beside whatever ``--log`` and ``--verbose`` ask for.
+
+    Raises:
+        InputError: as ``begin_log``.
+    """
+    begin_log(recording.with_suffix(".log"), arguments, verbose=logging.getLogger(_LOGGERS[0]).level == logging.DEBUG)
+
+
 def end_log(code: int | None) -> None:
     """Say how the command ended, and close the log; nothing happens where none was begun.
 

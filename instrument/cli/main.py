@@ -18,6 +18,7 @@ from instrument.cli import (
     calibrate_displacement,
     check,
     compare,
+    convert,
     count,
     demo,
     drivers,
@@ -26,6 +27,7 @@ from instrument.cli import (
     info,
     init,
     move,
+    new_driver,
     probe,
     recover,
     reproduce,
@@ -77,11 +79,13 @@ app.command("run")(acquire.run)
 app.command("analyse")(analyse.analyse_file)
 app.command("check")(check.check)
 app.command("compare")(compare.compare_files)
+app.command("convert")(convert.convert)
 app.command("export")(export.export)
 app.command("film")(film.film)
 app.command("info")(info.info)
 app.command("recover")(recover.recover_file)
 app.command("init")(init.init)
+app.command("new-driver")(new_driver.new_driver)
 app.command("reproduce")(reproduce.reproduce_paper)
 app.command("schema")(schema.schema)
 app.command("serve")(serve.serve)

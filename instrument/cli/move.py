@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from instrument.cli.options import BenchOption
+from instrument.cli.options import BenchOption, JsonOption, print_json
 
 if TYPE_CHECKING:
     from instrument.session import Instrument
@@ -29,6 +29,7 @@ def move(
     acceleration: Annotated[
         float | None, typer.Option("--acceleration", help="mm/s^2; without it 50, or what the stage can do.")
     ] = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Move the stage, look for its origin, ask where it is, or stop it. No other device is touched.
 
@@ -56,7 +57,10 @@ def move(
             profile = _profile(stage, velocity, acceleration)
             start = stage.move_by if relative else stage.move_to
             _follow(instrument, start(millimetres, profile))
-        say(_where(stage))
+        if as_json:
+            print_json(_figures(stage))
+        else:
+            say(_where(stage))
 
 
 def _wanted(target: str) -> tuple[bool, float] | None:
@@ -106,6 +110,19 @@ def _follow(instrument: "Instrument", motion: "Motion") -> None:
             live.update(plain(_where(stage)))
             clock.sleep_s(_LOOK_S)
     motion.wait()
+
+
+def _figures(stage: "LinearStage") -> dict[str, object]:
+    """Where the stage is, for programs."""
+    position = stage.position()
+    return {
+        "stage": stage.identity.name,
+        "position_mm": position.reported_mm,
+        "commanded_mm": position.commanded_mm,
+        "predicted": position.predicted,
+        "homed": stage.homed,
+        "travel_mm": list(stage.limits.travel_mm),
+    }
 
 
 def _where(stage: "LinearStage") -> str:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from instrument.cli.options import JsonOption, print_json
 from instrument.cli.pages import PORT, ControlOption, HostOption, PageOptions, PortOption, TokenOption, say_where
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ def serve(
     port: PortOption = PORT,
     token: TokenOption = None,
     control: ControlOption = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Serve a page until Ctrl-C: who the devices are, what the plan's checks say, and past runs with their pictures.
 
@@ -35,24 +37,29 @@ def serve(
     page = RunPage(Board(str(bench or folder), control=control), Desk())
     with options.server(page.board, page.desk, folder) as server:
         say_where(server)
+        if as_json:
+            print_json({"page": server.address})
         if bench is None:
             while True:
                 page.desk.take(0.2)  # Windows lets no Ctrl-C through while it waits
-        _hold(bench, plan, folder, page)
+        _hold(bench, plan, folder, page, as_json=as_json)
 
 
-def _hold(bench: Path, plan: Path | None, folder: Path, page: "RunPage") -> None:
+def _hold(bench: Path, plan: Path | None, folder: Path, page: "RunPage", *, as_json: bool) -> None:
     """Hold the bench open, and do what pages wish."""
     from instrument.cli.libraries import tell_libraries
     from instrument.plan import Plan
     from instrument.session import Instrument
-    from instrument.views import say
+    from instrument.views import ERR, plain, say
     from instrument.web import serve_bench
+
+    def tell(message: str) -> None:
+        ERR.print(plain(message), soft_wrap=True)
 
     planned = None if plan is None else Plan.from_toml(plan)
     tell_libraries(bench)
     with Instrument.from_toml(bench) as instrument:
-        serve_bench(instrument, planned, folder, page, say)
+        serve_bench(instrument, planned, folder, page, tell if as_json else say)
 
 
 def _refuse(bench: Path | None, plan: Path | None, *, control: bool) -> None:

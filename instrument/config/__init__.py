@@ -31,6 +31,7 @@ from instrument.config.keys_page import keys_page
 from instrument.config.light_table import NOTHING_KNOWN, DeadTimeKind, Grid, LightTable, Stated, StatedProfile
 from instrument.config.mirrors_section import MirrorsSection
 from instrument.config.profile_section import ProfileSection
+from instrument.config.run_table import RunTable
 from instrument.config.schema import bench_schema, field_docstrings, plan_schema
 from instrument.config.scheme_table import (
     DEFAULT_SCHEME,
@@ -40,6 +41,7 @@ from instrument.config.scheme_table import (
     scheme_problems,
     settings_of,
 )
+from instrument.config.stop_table import StopTable
 from instrument.config.template import bench_template, plan_template
 
 __all__ = [
@@ -73,12 +75,14 @@ __all__ = [
     "ProfileSection",
     "Resolved",
     "ResolvedDevice",
+    "RunTable",
     "SchemePlugin",
     "SchemeSettings",
     "Section",
     "SectionName",
     "Stated",
     "StatedProfile",
+    "StopTable",
     "bench_of_tables",
     "bench_schema",
     "bench_template",

@@ -9,6 +9,7 @@ from instrument.config.schema import JsonSchema
 from protocols import InputError
 
 _WIDTH: Final = 100
+_TABLES: Final = frozenset({"scheme", "motion", "run", "stop_if"})
 
 
 def bench_template(schema: JsonSchema, drivers: Mapping[str, str]) -> str:
@@ -50,15 +51,19 @@ def plan_template(schema: JsonSchema, scheme: str) -> str:
     table = _chosen(schema, "scheme", scheme, "name")
     top = {
         **schema,
-        "properties": {key: of for key, of in schema["properties"].items() if key not in {"scheme", "motion"}},
+        "properties": {key: of for key, of in schema["properties"].items() if key not in _TABLES},
     }
+    tables = schema["$defs"]
     return "\n".join(
         [
             '#:schema ./plan.schema.json\n# Written by kinopix init. A key behind "#" has the value that stands there.\n',
-            "".join(_keys(top, schema["$defs"], given={"frames": "1666"})),
-            f'[scheme]\nname = "{scheme}"\n{"".join(_keys(table, schema["$defs"], skip=("name",)))}',
+            "".join(_keys(top, tables, given={"frames": "1666"})),
+            f'[scheme]\nname = "{scheme}"\n{"".join(_keys(table, tables, skip=("name",)))}',
             "[motion]                 # leave the whole table out for an object at rest\n"
-            + "".join(_keys(schema["$defs"]["MotionPlan"], schema["$defs"], given={"velocity_mm_s": "25.0"})),
+            + "".join(_keys(tables["MotionPlan"], tables, given={"velocity_mm_s": "25.0"})),
+            "[run]                    # what the run is about\n" + "".join(_keys(tables["RunTable"], tables)),
+            "[stop_if]                # rules that end a run early; none where no time is given\n"
+            + "".join(_keys(tables["StopTable"], tables)),
         ]
     )
 

@@ -86,6 +86,7 @@ def publish_update(update: LiveUpdate, publish: Publish) -> None:
         TrackingEvent(
             frame=update.frame,
             displacement_px=update.displacement_px,
+            sigma_px=update.sigma_px,
             frames_dropped=update.counters.frames_dropped,
             images=update.counters.images,
             images_skipped=update.counters.images_skipped,

@@ -47,6 +47,9 @@ class LiveUpdate:
     """``(n, 2)`` x, y of the newest n frames, relative to frame 0, as known when they came; n may be 0, and is where the scheme
     sees no position."""
 
+    sigma_px: Floats
+    """As ``displacement_px``: its standard uncertainty, as ``StreamingTracker`` states it; NaN where none is known."""
+
     image: Floats | None
     """``(m, m)``: row = y (down), column = x, in values for one lit pixel; None before the first image."""
 
@@ -92,6 +95,7 @@ class LiveLine:
         self._followed = 0
         self._frames_an_image = max(1, round(image_interval_s / plan.frame_time_s))
         self._new_px: list[Floats] = []
+        self._new_sigma_px: list[Floats] = []
         self._run_frames = plan.frames
         self._due = 0
         self._images = 0
@@ -134,6 +138,7 @@ class LiveLine:
                 self._followed += len(values)
                 if self._tracker is not None:
                     self._new_px.append(displacement_px)
+                    self._new_sigma_px.append(self._tracker.sigma_px)
         newly_due = self._followed // self._frames_an_image - before // self._frames_an_image
         if newly_due:
             self._skip_due()
@@ -168,6 +173,9 @@ class LiveLine:
 
     def _update(self, image: Floats | None, *, final: bool = False) -> LiveUpdate:
         """Give what is new since the last update."""
-        new_px = np.concatenate(self._new_px) if self._new_px else np.zeros((0, 2))
+        new_px, sigma_px = (
+            np.concatenate(arrays) if arrays else np.zeros((0, 2)) for arrays in (self._new_px, self._new_sigma_px)
+        )
         self._new_px.clear()
-        return LiveUpdate(self._followed, new_px, image, self.counters, final)
+        self._new_sigma_px.clear()
+        return LiveUpdate(self._followed, new_px, sigma_px, image, self.counters, final)

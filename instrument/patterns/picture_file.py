@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from PIL import Image, UnidentifiedImageError
 
 from instrument.patterns.dither import floyd_steinberg
 from protocols import Bytes, InputError
@@ -28,6 +27,8 @@ def picture_of_file(path: Path, size: int) -> Bytes:
     Raises:
         InputError: no such file, no picture, or one that is too large.
     """
+    from PIL import Image, UnidentifiedImageError  # noqa: PLC0415 - few pictures are files
+
     try:
         with Image.open(io.BytesIO(read_plain(path, _MOST_BYTES))) as opened:
             if opened.width * opened.height > _MOST_PIXELS:

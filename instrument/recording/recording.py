@@ -8,7 +8,7 @@ import numpy as np
 
 from instrument.config import NOTHING_KNOWN, Calibration, LightTable
 from instrument.frame_times import frame_middle_s
-from instrument.plan import Plan
+from instrument.plan import ABOUT_THE_RUN, Plan
 from instrument.recording.stage_log import StageLog
 from instrument.recording.timing import TimingReport
 from instrument.shown import card, curves, line
@@ -217,9 +217,8 @@ class Recording:
             InputError: the background was recorded with other patterns or another detector, or is too short.
         """
         ours, theirs = self.plan, background.plan
-        same = ours.model_copy(update={"motion": None, "frames": 1}) == theirs.model_copy(
-            update={"motion": None, "frames": 1}
-        )
+        others = {"motion": None, "frames": 1, **dict.fromkeys(ABOUT_THE_RUN)}
+        same = ours.model_copy(update=others) == theirs.model_copy(update=others)
         if not same or len(background) < len(self):
             raise InputError(
                 saw=f"a background of {len(background)} frames by the plan {theirs.model_dump_json()}",

@@ -5,7 +5,7 @@ from functools import lru_cache
 from typing import TypeGuard
 
 from instrument.config import PluginBroken, find_plugin, scheme_plugin
-from instrument.plan import Plan, refuse_no_plan
+from instrument.plan import ABOUT_THE_RUN, Plan, refuse_no_plan
 from instrument.schemes.scheme import Scheme
 from protocols import KinopixError
 
@@ -24,11 +24,11 @@ def scheme_of(plan: Plan) -> Scheme:
 
 
 class _Key:
-    """A plan, compared by its content."""
+    """A plan, compared by what it shows."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
-        self._text = plan.model_dump_json()
+        self._text = plan.model_dump_json(exclude=set(ABOUT_THE_RUN))
 
     def __hash__(self) -> int:
         return hash(self._text)

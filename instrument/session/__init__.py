@@ -3,7 +3,7 @@
 from instrument.acquisition import Devices, Phase, check_recording
 from instrument.session.channel import Channel, Follower, Listener, Publish, Subscription
 from instrument.session.counting import Counting, count
-from instrument.session.errors import RunAborted, RunNotOver
+from instrument.session.errors import RunAborted, RunNotOver, RunStopped
 from instrument.session.events import (
     BlockEvent,
     Event,
@@ -47,6 +47,7 @@ __all__ = [
     "RunAborted",
     "RunNotOver",
     "RunState",
+    "RunStopped",
     "Snapshot",
     "Subscription",
     "TrackingEvent",

@@ -105,6 +105,8 @@ class TrackingEvent(_Event):
     """Frames followed so far: the newest is number ``frame - 1``."""
     displacement_px: Array
     """``(n, 2)`` x, y of the newest n frames, relative to frame 0; n may be 0."""
+    sigma_px: Array = Field(default_factory=lambda: _from_lists([]))
+    """``(n, 2)`` standard uncertainty of these displacements, NaN where none is known; no rows where nobody states any."""
     frames_dropped: NonNegativeInt = 0
     """Frames that the live analysis lost because it was late. The recording has them."""
     images: NonNegativeInt = 0
@@ -140,7 +142,7 @@ class FinishedEvent(_Event):
 
     kind: Literal["finished"] = "finished"
     outcome: Literal["done", "failed", "aborted"]
-    """``failed``: an error ended it; ``aborted``: somebody did."""
+    """``failed``: an error ended it; ``aborted``: somebody did, or a rule of the plan."""
     path: str | None = None
     """The recording, whole or partial; None where nothing is kept."""
     verdict: Verdict | None = None

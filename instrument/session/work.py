@@ -14,9 +14,10 @@ from instrument.plan import Plan
 from instrument.recording import TimingReport
 from instrument.schemes import scheme_of
 from instrument.session.aborting import AbortRequest
-from instrument.session.errors import RunAborted
+from instrument.session.errors import RunAborted, RunStopped
 from instrument.session.events import BlockEvent, Event, FindingEvent, PhaseEvent, UploadEvent
 from instrument.session.safety import make_safe, stop_at_once
+from instrument.session.stop_rules import Light, StopRules
 from instrument.storage import Keeper, RecordingWriter, Rescue, made_in_time
 from protocols import CountBlock, ModulatorTiming, Motion, PatternSequence, SafeStateFailed
 
@@ -68,6 +69,9 @@ class _Host:
         self.keeper: Keeper | None = None
         self.stored = 0
         """Patterns handed over to be kept."""
+        self._rules = StopRules(job.plan, _light(job))
+        self._stopped: RunStopped | None = None
+        self._photon_counts = False
 
     def tell(self, phase: Phase) -> None:
         self._publish(PhaseEvent(phase=phase))
@@ -81,6 +85,7 @@ class _Host:
         self.checkpoint()
 
     def raw(self, block: CountBlock) -> None:
+        self._photon_counts = block.photon_counts
         if self.keeper is not None:
             self.keeper.raw(block)
 
@@ -89,6 +94,8 @@ class _Host:
             self.stored += len(block.values)
             self.keeper.placed(block.values, block.edge_time_s)
         self._publish(BlockEvent.of(block))
+        if self._stopped is None:
+            self._stopped = self._rules.see(block.values, block.valid, photon_counts=self._photon_counts)
         if self.keeper is not None and self.keeper.writer.name_taken is not None:
             raise self.keeper.writer.name_taken
         for message in chain(
@@ -107,6 +114,8 @@ class _Host:
         self.abort.check()
         if self.keeper is not None:
             self.keeper.check()
+        if self._stopped is not None and self.stored < self._job.sequence.n_patterns:
+            raise self._stopped
 
     def broke(self) -> None:
         stop_at_once(self._job.devices, self._job.on_abort)
@@ -165,6 +174,12 @@ def carry_out(
     return _stored(job, host, keeper, outcome, error)
 
 
+def _light(job: Job) -> Light:
+    """What the bench has for too bright and for dark: what was measured counts more than what the driver states."""
+    limits, found = job.devices.counter.limits, job.detector
+    return Light(limits.max_count_rate_hz, limits.dark_rate_hz if found is None else found.dark_rate_hz.value)
+
+
 def _writer(job: Job, timing: ModulatorTiming) -> RecordingWriter:
     limits, found = job.devices.counter.limits, job.detector
     dead_time = None if found is None else found.dead_time_s
@@ -176,7 +191,7 @@ def _writer(job: Job, timing: ModulatorTiming) -> RecordingWriter:
         bench=job.description,
         devices=job.devices.identities(),
         dead_time_s=limits.dead_time_s if dead_time is None else dead_time.value,
-        dark_rate_hz=limits.dark_rate_hz if found is None else found.dark_rate_hz.value,
+        dark_rate_hz=_light(job).dark_rate_hz,
         with_truth=job.devices.scene is not None,
         overwrite=job.overwrite,
     )
@@ -266,6 +281,8 @@ def _finished(job: Job, keeper: Keeper, stored: int, outcome: Outcome, error: Ba
 
 def _reason(error: BaseException | None) -> str:
     """What the recording says of why it is partial; nothing for a run that came to its end."""
+    if isinstance(error, RunStopped):
+        return f"stopped: {error.why}"
     if isinstance(error, RunAborted):
         return f"aborted: {error.why}"
     return "" if error is None else str(error) or type(error).__name__

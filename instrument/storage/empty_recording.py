@@ -58,6 +58,7 @@ def empty_recording(
         file.set_attributes(NX_class="NXroot", default="entry", file_name=name, creator=PROGRAM)
         entry.add_all(texts)
         run = _add_origin(entry, devices)
+        _add_people(entry, plan)
         for what, (figure, unit) in figures.items():
             entry.add(what, figure, units=unit)
         _add_what_grows(entry, plan.patterns_per_frame)
@@ -87,6 +88,22 @@ def _add_origin(entry: Group, devices: Mapping[RoleName, DeviceIdentity]) -> str
     for name, identity in devices.items():
         groups[name].add_all(identity.model_dump())
     return run_of(start_time, process)
+
+
+def _add_people(entry: Group, plan: Plan) -> None:
+    """Add user, sample and notes where NeXus has them; the plan has them too."""
+    if plan.run is None:
+        return
+    for where, nx_class, text in (
+        (layout.USER_NAME, "NXuser", plan.run.user),
+        (layout.SAMPLE_NAME, "NXsample", plan.run.sample),
+        (layout.NOTES, "NXnote", plan.run.notes),
+    ):
+        if text:
+            group, name = where.split("/")
+            entry.group(group, nx_class).add(name, text)
+    if plan.run.notes:
+        entry.add(layout.NOTES_TYPE, "text/plain")
 
 
 def _add_what_grows(entry: Group, patterns_per_frame: int) -> None:

@@ -56,6 +56,15 @@ class RecordingInfo(Frozen):
     title: str
     """One line for people."""
 
+    user: str
+    """Who recorded; empty where nobody said, as the next two."""
+
+    sample: str
+    """What was looked at."""
+
+    notes: str
+    """Whatever else is worth knowing."""
+
     program: str
     """Who wrote it."""
 
@@ -133,6 +142,9 @@ def recording_info(path: str | Path) -> RecordingInfo:
             path=path,
             file_bytes=path.stat().st_size,
             title=_text(entry, "title"),
+            user=_text(entry, layout.USER_NAME),
+            sample=_text(entry, layout.SAMPLE_NAME),
+            notes=_text(entry, layout.NOTES),
             program=_text(entry, layout.PROGRAM_NAME),
             version=str(entry.attribute_of(layout.PROGRAM_NAME, "version")),
             layout=str(entry.attribute_of("definition", "version")),
@@ -167,6 +179,7 @@ def _plan(path: Path, entry: Group) -> tuple[Plan | None, str]:
 
 
 def _text(entry: Group, name: str) -> str:
+    """A text that may be missing, with the groups above it."""
     return entry.text(name) if name in entry else ""
 
 

@@ -69,7 +69,7 @@ class RecordingWriter:
             devices: identity of each device.
             dead_time_s: non-paralyzable dead time of detector and counter.
             dark_rate_hz: dark counts a second.
-            title: one line for people; by default the file's name.
+            title: one line for people; by default that of the plan, or the file's name.
             with_truth: whether ``finish`` will be given a truth, as for simulated runs.
             overwrite: whether an existing recording may be lost.
             sync: makes a file survive a power cut, by its descriptor.
@@ -107,7 +107,11 @@ class RecordingWriter:
                         layout.DEAD_TIME_S: (dead_time_s, "s"),
                         layout.DARK_RATE_HZ: (dark_rate_hz, "Hz"),
                     },
-                    {"title": title or path.stem, layout.PLAN: plan.model_dump_json(), layout.BENCH: bench},
+                    {
+                        "title": title or _title(plan) or path.stem,
+                        layout.PLAN: plan.model_dump_json(),
+                        layout.BENCH: bench,
+                    },
                     devices or {},
                     name=self.path.name,
                     with_truth=with_truth,
@@ -379,6 +383,10 @@ class RecordingWriter:
             if error is None:
                 raise
             error.add_note(f"{self.path} holds what was measured, but could not be closed well: {failure}")
+
+
+def _title(plan: Plan) -> str:
+    return "" if plan.run is None else plan.run.title
 
 
 def _claimed(path: Path) -> Part:

@@ -30,6 +30,9 @@ _RISK_THETA: Final = 1 - 1 / _RISK_FRAMES
 
 _LEAST_VARIANCE_PX2: Final = 1e-12
 
+_TOLD_FROM_FRAMES: Final = 12
+"""From so many frames on there is a noise to tell an uncertainty by."""
+
 
 class FilterBank:
     """Takes positions as they come and gives displacements from frame 0."""
@@ -47,6 +50,9 @@ class FilterBank:
         self._weight_sum, self._noise_sum_px2 = np.zeros(2), np.zeros(2)
         self._residual_sum_px2 = np.zeros((filters, 2))
         self._start_px = np.zeros((filters, 2))
+        self._start_leverage = np.zeros(filters)
+        self.sigma_px: Floats = np.zeros((0, 2))
+        """``(n, 2)`` standard uncertainty of the displacements that were given last; NaN in the first frames."""
         self._fading_powers, self._fading_moments = np.zeros((filters, 5)), np.zeros((filters, 2, 3))
         self._equal_powers, self._equal_moments = np.zeros((filters, 5)), np.zeros((filters, 2, 3))
 
@@ -59,7 +65,7 @@ class FilterBank:
         Returns:
             ``(n, 2)`` displacements, x and y in px.
         """
-        displacement_px = np.zeros(places_px.shape)
+        displacement_px, self.sigma_px = np.zeros(places_px.shape), np.zeros(places_px.shape)
         _filter(
             np.ascontiguousarray(places_px),
             self._delay_frames,
@@ -69,11 +75,13 @@ class FilterBank:
             self._noise_sum_px2,
             self._residual_sum_px2,
             self._start_px,
+            self._start_leverage,
             self._fading_powers,
             self._fading_moments,
             self._equal_powers,
             self._equal_moments,
             displacement_px,
+            self.sigma_px,
         )
         return displacement_px
 
@@ -94,8 +102,8 @@ def _at(curve: Floats, time: float) -> float:
 
 
 @compiled(
-    "void(f8[:, ::1], f8[::1], i8[::1], f8[:, ::1], f8[::1], f8[::1], f8[:, ::1], f8[:, ::1],"
-    " f8[:, ::1], f8[:, :, ::1], f8[:, ::1], f8[:, :, ::1], f8[:, ::1])"
+    "void(f8[:, ::1], f8[::1], i8[::1], f8[:, ::1], f8[::1], f8[::1], f8[:, ::1], f8[:, ::1], f8[::1],"
+    " f8[:, ::1], f8[:, :, ::1], f8[:, ::1], f8[:, :, ::1], f8[:, ::1], f8[:, ::1])"
 )
 def _filter(  # noqa: PLR0917
     places_px: Floats,
@@ -106,13 +114,15 @@ def _filter(  # noqa: PLR0917
     noise_sum_px2: Floats,
     residual_sum_px2: Floats,
     start_px: Floats,
+    start_leverage: Floats,
     fading_powers: Floats,
     fading_moments: Floats,
     equal_powers: Floats,
     equal_moments: Floats,
     displacement_px: Floats,
+    sigma_px: Floats,
 ) -> None:
-    """Write the displacement of each frame from what is known at it. All arrays but the first two are updated.
+    """Write displacement and uncertainty of each frame from what is known at it. All arrays but the first two are updated.
 
     Args:
         places_px: ``(n, 2)`` positions.
@@ -123,14 +133,17 @@ def _filter(  # noqa: PLR0917
         noise_sum_px2: ``(2,)`` fading sum of the noise variance that each frame shows.
         residual_sum_px2: ``(filters, 2)`` fading sum of each filter's squared residuals.
         start_px: ``(filters, 2)`` position of frame 0 by each filter.
+        start_leverage: ``(filters,)`` its variance, in units of the noise's.
         fading_powers: ``(filters, 5)`` of the fading parabolas, as in ``numerics.fading``.
         fading_moments: ``(filters, 2, 3)`` likewise.
         equal_powers: ``(filters, 5)`` of the parabolas with equal weights through the first frames.
         equal_moments: ``(filters, 2, 3)`` likewise.
         displacement_px: ``(n, 2)`` of zeros.
+        sigma_px: ``(n, 2)`` of zeros.
     """
     filters = len(start_px)
     curve, answer_px, risk = np.empty((2, 3)), np.empty((filters, 2)), np.empty((filters, 2))
+    leverages = np.empty(filters)
     for row in range(len(places_px)):
         place_px = places_px[row]
         for axis in range(2):
@@ -146,12 +159,14 @@ def _filter(  # noqa: PLR0917
             memory, start = _MEMORIES_FRAMES[k], _START_FRAMES[k]
             if frames[0] <= start:
                 add(equal_powers[k], equal_moments[k], (frames[0] - 1) / start, place_px)
-                solve(equal_powers[k], equal_moments[k], frames[0], 1 / start, curve)
+                # The first datum of equal weights is as certain as the last one.
+                start_leverage[k] = solve(equal_powers[k], equal_moments[k], frames[0], 1 / start, curve)
                 for axis in range(2):
                     start_px[k, axis] = _at(curve[axis], delay_frames[axis] / start)
             age(fading_powers[k], fading_moments[k], 1 - 1 / memory, 1 / memory)
             add(fading_powers[k], fading_moments[k], 0.0, place_px)
             leverage = solve(fading_powers[k], fading_moments[k], frames[0], 1 / memory, curve)
+            leverages[k] = leverage + start_leverage[k]
             for axis in range(2):
                 answer_px[k, axis] = _at(curve[axis], -delay_frames[axis] / memory) - start_px[k, axis]
                 residual = place_px[axis] - curve[axis, 0]
@@ -161,9 +176,20 @@ def _filter(  # noqa: PLR0917
 
         for axis in range(2):
             least = risk[:, axis].min()
-            total = 0.0
+            total, leverage, square_px2 = 0.0, 0.0, 0.0
             for k in range(filters):
                 weight = np.exp(-_RISK_FRAMES / 2 * (risk[k, axis] - least))
                 total += weight
                 displacement_px[row, axis] += weight * answer_px[k, axis]
+                square_px2 += weight * answer_px[k, axis] ** 2
+                leverage += weight * leverages[k]
             displacement_px[row, axis] /= total
+            # The first three frames of a run have no third difference, and show no noise.
+            noisy = weight_sum[axis] - (1 - _RISK_THETA ** min(3, frames[0])) / (1 - _RISK_THETA) * _RISK_THETA ** max(
+                0, frames[0] - 3
+            )
+            if frames[0] < _TOLD_FROM_FRAMES:
+                sigma_px[row, axis] = np.nan
+            else:
+                spread_px2 = max(0.0, square_px2 / total - displacement_px[row, axis] ** 2)
+                sigma_px[row, axis] = np.sqrt(noise_sum_px2[axis] / noisy * leverage / total + spread_px2)

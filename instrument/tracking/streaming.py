@@ -34,6 +34,9 @@ class StreamingTracker:
         # The displacement is wanted in the middle of the frame, and measured in the middle of an axis's patterns.
         x_delay_frames, y_delay_frames = (-position_of(scheme).after_middle_frames.mean(axis=1)).tolist()
         self._bank = FilterBank((x_delay_frames, y_delay_frames))
+        self.sigma_px: Floats = np.zeros((0, 2))
+        """``(n, 2)`` standard uncertainty of the displacements that ``push`` gave last, from the scatter of the positions around
+        their path; NaN where it is not known: in the first frames, and before the first good one."""
 
     def push(self, values: Floats) -> Floats:
         """Take the next frames.
@@ -53,7 +56,9 @@ class StreamingTracker:
                 expected=f"(n, {self._patterns})",
                 remedy="push whole frames of the plan's scheme",
             )
-        displacement_px = np.zeros((len(values), 2))
+        displacement_px, self.sigma_px = np.zeros((len(values), 2)), np.full((len(values), 2), np.nan)
         places_px = self._places.push(values)
-        displacement_px[len(values) - len(places_px) :] = self._bank.push(places_px)
+        known = slice(len(values) - len(places_px), None)
+        displacement_px[known] = self._bank.push(places_px)
+        self.sigma_px[known] = self._bank.sigma_px
         return displacement_px

@@ -14,6 +14,7 @@ from .pictures import write_pictures as write_pictures
 from .plots import error_figure as error_figure
 from .plots import timing_figure as timing_figure
 from .plots import trajectory_figure as trajectory_figure
+from .recording_table import about_in_words as about_in_words
 from .recording_table import plan_in_words as plan_in_words
 from .recording_table import recording_table as recording_table
 from .run_log import log_events as log_events
@@ -51,6 +52,7 @@ __all__ = [
     "LiveView",
     "PictureFormat",
     "Trace",
+    "about_in_words",
     "alignment_figure",
     "check_table",
     "claims_table",

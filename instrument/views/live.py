@@ -74,7 +74,7 @@ class LiveView:
             if isinstance(event, ImageEvent):
                 self._image = event.image
                 return
-            self._trace.add(event.displacement_px)
+            self._trace.add(event.displacement_px, event.sigma_px)
             self._last = event
         if self._live is None:
             now_s = self._now_s()
@@ -95,11 +95,19 @@ class LiveView:
 
     def _figures(self, event: TrackingEvent) -> str:
         last = self._trace.last_px
-        where = "" if last is None else f"x {last[0]:+.2f} px, y {last[1]:+.2f} px, "
+        where = "" if last is None else "".join(f"{name} {words}, " for name, words in self._places())
         return (
             f"frame {event.frame}: {where}{event.images} images, {event.images_skipped} skipped, "
             f"{event.frames_dropped} frames dropped"
         )
+
+    def _places(self) -> list[tuple[str, str]]:
+        """Where the object is along x and y, and how certain that is, where it is known."""
+        both = zip("xy", self._trace.last_px or (), self._trace.last_sigma_px, strict=False)
+        return [
+            (name, f"{place:+.2f} px" if np.isnan(sigma) else f"{place:+.2f} \u00b1 {sigma:.2f} px")
+            for name, place, sigma in both
+        ]
 
     def _light(self) -> list[str]:
         """What the newest block says of the light."""
@@ -122,7 +130,7 @@ class LiveView:
         room = width - _FIGURES_WIDTH - 2 if beside else width - 1
         words = [
             f"frame  {last.frame}",
-            *(f"{name}  {place:+.2f} px" for name, place in zip("xy", self._trace.last_px or (), strict=False)),
+            *(f"{name}  {place}" for name, place in self._places()),
             *([f"{name} {sparkline(places[:, axis], 12)}" for axis, name in enumerate("xy")] if len(places) else []),
             *light,
             f"images {last.images}, {last.images_skipped} skipped",

@@ -8,7 +8,7 @@ from instrument.analysis import Analysis
 from instrument.storage import recording_info
 from instrument.views.images import RELATIVE, TRANSMISSION, image_figure
 from instrument.views.plots import angle_figure, error_figure, timing_figure, trajectory_figure
-from instrument.views.recording_table import plan_in_words
+from instrument.views.recording_table import about_in_words, plan_in_words
 from instrument.views.style import PictureFormat, add_foot, save
 from instrument.views.summary import stated_sigma_px, summary_figure
 from protocols import InputError
@@ -90,12 +90,13 @@ def _figures(analysis: Analysis) -> dict[str, Figure]:
 
 
 def foot_of(analysis: Analysis) -> str:
-    """Say in a line what a picture of an analysis is of: run, date, plan, method, program."""
+    """Say in a line what a picture of an analysis is of: run, date, what it is about, plan, method, program."""
     recording, image = analysis.recording, analysis.reconstruction
     how = [] if analysis.trajectory is None else [f"path: {analysis.tracking}"]
     how += [] if image is None else [f"image: {image.method}"]
     of_file, program = _of_file(recording.path)
-    return " | ".join([*of_file, plan_in_words(recording.plan), ", ".join(how), *program])
+    about = about_in_words(recording.plan)
+    return " | ".join([*of_file, *([about] if about else []), plan_in_words(recording.plan), ", ".join(how), *program])
 
 
 def foot_of_file(path: Path) -> str:

@@ -19,6 +19,7 @@ def recording_table(info: "RecordingInfo") -> Table:
     masked = "not audited" if info.frames_masked is None else f"{info.frames_masked} masked"
     rows: dict[str, str | Text] = {
         "title": info.title,
+        **{name: text for name in ("user", "sample", "notes") if (text := getattr(info, name))},
         "written by": f"{info.program} {info.version}, layout {info.layout}, {info.file_bytes / 1e6:.1f} MB",
         "recorded": f"{info.start_time} to {info.end_time or '-'}",
         "state": _state(info),
@@ -46,6 +47,11 @@ def plan_in_words(plan: "Plan") -> str:
     moves = "at rest" if motion is None else f"{motion.velocity_mm_s:g} mm/s from {motion.start_mm:g} mm"
     size = f"{plan.image_size} x {plan.image_size} px"
     return f"{plan.scheme.name}, {plan.frames} frames, {plan.pattern_rate_hz:g} patterns/s, {size}, {moves}"
+
+
+def about_in_words(plan: "Plan") -> str:
+    """Say what a run is about in one line, as its plan has it: title, sample, user; empty where it says nothing."""
+    return "" if plan.run is None else plan.run.in_words
 
 
 def _state(info: "RecordingInfo") -> str:

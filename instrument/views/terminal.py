@@ -6,11 +6,12 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Final
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
 if TYPE_CHECKING:  # these are named in signatures only, so that a table loads no numpy
+    from rich.progress import Progress
+
     from instrument.acquisition import CheckReport
     from instrument.recording import TimingReport
     from protocols import KinopixError
@@ -51,12 +52,21 @@ def plain(text: str, style: str = "") -> Text:
 
 def say(message: str) -> None:
     """Print one line to standard output, as it stands."""
-    LOG.info("%s", message)
+    _log(logging.INFO, message)
     OUT.print(plain(message), soft_wrap=True)
 
 
-def progress() -> Progress:
+def progress() -> "Progress":
     """Give a progress bar with count, elapsed and remaining time. It removes itself, and nothing else, at its end."""
+    from rich.progress import (  # noqa: PLC0415 - a table loads none of them
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
     return Progress(
         TextColumn("{task.description}", markup=False),
         BarColumn(),
@@ -114,7 +124,7 @@ def timing_table(report: "TimingReport") -> Table:
 
 def show_error(error: "KinopixError") -> None:
     """Print one clear paragraph to standard error."""
-    LOG.error("%s", "; ".join([str(error), *getattr(error, "__notes__", ())]))
+    _log(logging.ERROR, "; ".join([str(error), *getattr(error, "__notes__", ())]))
     ERR.print(Text.assemble(("kinopix:", "bold red"), " ", plain(str(error))), soft_wrap=True)
     for note in getattr(error, "__notes__", ()):
         ERR.print(plain(note), soft_wrap=True)
@@ -122,7 +132,7 @@ def show_error(error: "KinopixError") -> None:
 
 def warn(message: str) -> None:
     """Print one line to standard error, and keep it for ``warned``."""
-    LOG.warning("%s", message)
+    _log(logging.WARNING, message)
     _WARNED.append(message)
     ERR.print(plain(message, "yellow"), soft_wrap=True)
 
@@ -135,6 +145,12 @@ def warned() -> tuple[str, ...]:
 def forget_warnings() -> None:
     """Begin a command in which nothing has been warned of."""
     _WARNED.clear()
+
+
+def _log(level: int, message: str) -> None:
+    """Log what is printed, where anybody keeps a log: without one, Python itself prints warnings a second time."""
+    if LOG.hasHandlers():
+        LOG.log(level, "%s", message)
 
 
 def coloured(outcome: str) -> Text:

@@ -11,7 +11,7 @@ import numpy as np
 from instrument.acquisition import CheckReport, Devices
 from instrument.plan import Plan
 from instrument.session import BlockEvent, Event, ImageEvent, Instrument, Run, TrackingEvent
-from instrument.views import Trace, plan_in_words
+from instrument.views import Trace, about_in_words, plan_in_words
 from instrument.web.desk import Wish
 from instrument.web.frames import image_body
 from instrument.web.state import DeviceLine, LightLine, LiveLine, PageState, PlanLine, check_lines
@@ -39,7 +39,11 @@ class NewPath:
     generation: int
     """With another generation its first points have changed."""
     points: Floats
-    """``(n, 3)`` seconds, x and y in px."""
+    """``(n, 5)`` seconds, x and y in px, and the standard uncertainty of both, NaN where none is known."""
+
+
+def _known(sigma_px: float) -> float | None:
+    return sigma_px if np.isfinite(sigma_px) else None
 
 
 class Board:
@@ -94,7 +98,9 @@ class Board:
         """Show a plan and what it was asked."""
         with self._lock:
             self._plan = plan
-            self._shown |= {"plan": PlanLine.of(plan, plan_in_words(plan)), "checks": check_lines(report)}
+            words = [about_in_words(plan), plan_in_words(plan)]
+            line = PlanLine.of(plan, ": ".join(part for part in words if part))
+            self._shown |= {"plan": line, "checks": check_lines(report)}
         self._changed()
 
     def show_run(self, run: Run) -> None:
@@ -169,7 +175,7 @@ class Board:
     def _take_path(self, event: TrackingEvent) -> None:
         with self._lock:
             stride = self._trace.stride
-            self._trace.add(event.displacement_px)
+            self._trace.add(event.displacement_px, event.sigma_px)
             self._generation += self._trace.stride != stride
             last = self._trace.last_px
             if last is not None and not np.isfinite(last).all():
@@ -181,6 +187,8 @@ class Board:
                 images_skipped=event.images_skipped,
                 x_px=None if last is None else last[0],
                 y_px=None if last is None else last[1],
+                sigma_x_px=_known(self._trace.last_sigma_px[0]),
+                sigma_y_px=_known(self._trace.last_sigma_px[1]),
                 along_mm=None if last is None else self._along_mm(*last),
             )
 
@@ -211,10 +219,11 @@ class Board:
     def path(self) -> NewPath:
         """The path so far."""
         with self._lock:
-            places_px, stride, generation = self._trace.displacement_px.copy(), self._trace.stride, self._generation
+            places_px, sigma_px = self._trace.displacement_px.copy(), self._trace.sigma_px.copy()
+            stride, generation = self._trace.stride, self._generation
             frame_s = 0.0 if self._plan is None else self._plan.frame_time_s
         time_s = (np.arange(len(places_px)) * stride + 0.5) * frame_s
-        return NewPath(generation, np.column_stack([time_s, places_px]).astype(np.float64))
+        return NewPath(generation, np.column_stack([time_s, places_px, sigma_px]).astype(np.float64))
 
     @property
     def state(self) -> PageState:

@@ -5,7 +5,7 @@ Everything is little-endian. A frame begins with a head of 32 bytes:
 | bytes | what |
 |---|---|
 | 0 to 3 | ``KNPX`` |
-| 4, 5 | version of this layout, 1 |
+| 4, 5 | version of this layout, 2 |
 | 6, 7 | kind: 1 an image, 2 a part of the path |
 | 8 to 11 | sequence number of the image; of a path, its generation: with another generation the path begins anew |
 | 12 to 15 | images that this viewer has missed so far, because newer ones came |
@@ -13,8 +13,8 @@ Everything is little-endian. A frame begins with a head of 32 bytes:
 | 24 to 31 | when the newest count in it was handed over, likewise |
 
 An image goes on with columns and rows (16 bits each), the number of frames that it is made of (32), the value that is white (a
-32-bit float), and a byte a pixel, row by row. A path goes on with the index of its first point (32), and for each point three
-32-bit floats: seconds since the first edge, x and y in px.
+32-bit float), and a byte a pixel, row by row. A path goes on with the index of its first point (32), and for each point five
+32-bit floats: seconds since the first edge, x and y in px, and the standard uncertainty of both, NaN where none is known.
 """
 
 import struct
@@ -25,7 +25,7 @@ import numpy as np
 from instrument.views import white_of
 from protocols import Floats
 
-VERSION: Final = 1
+VERSION: Final = 2
 IMAGE: Final = 1
 PATH: Final = 2
 
@@ -55,7 +55,7 @@ def path_body(first: int, points: Floats) -> bytes:
 
     Args:
         first: index of the first point.
-        points: ``(n, 3)`` seconds, x and y in px.
+        points: ``(n, 5)`` seconds, x and y in px, and the standard uncertainty of both.
     """
     return _PATH.pack(first) + np.ascontiguousarray(points, "<f4").tobytes()
 

@@ -105,6 +105,7 @@ def _known(info: RecordingInfo) -> dict[str, Any]:
     return {
         "state": info.state,
         "interrupted": info.interrupted,
+        "about": ", ".join(text for text in (info.title, info.sample, info.user) if text),
         "recorded": info.start_time,
         "frames": info.frames,
         "frames_masked": info.frames_masked,

@@ -88,6 +88,10 @@ class LiveLine(Frozen):
     """Displacement of the newest frame along x (right); None before the first."""
     y_px: float | None = None
     """The same along y (down)."""
+    sigma_x_px: float | None = None
+    """Standard uncertainty along x; None where none is known."""
+    sigma_y_px: float | None = None
+    """The same along y."""
     along_mm: float | None = None
     """The same along the stage's axis; None where the bench was not calibrated."""
 

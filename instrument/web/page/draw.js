@@ -1,4 +1,6 @@
 // Pictures on canvases: the image, the object in the field, and curves over time.
+import { POINT } from "./wire.js";
+
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 const greys = new Uint32Array(256);
@@ -20,8 +22,8 @@ export function drawField(canvas, imageCanvas, path, side, middle) {
   const context = canvas.getContext("2d"), scale = canvas.width / side;
   context.fillStyle = "#000";
   context.fillRect(0, 0, canvas.width, canvas.height);
-  const n = path.length / 3;
-  const x = n ? path[3 * n - 2] * scale : 0, y = n ? path[3 * n - 1] * scale : 0;
+  const n = path.length / POINT;
+  const x = n ? path[POINT * (n - 1) + 1] * scale : 0, y = n ? path[POINT * (n - 1) + 2] * scale : 0;
   context.imageSmoothingEnabled = false;
   if (imageCanvas) context.drawImage(imageCanvas, x, y, canvas.width, canvas.height);
   if (n < 2) return;
@@ -30,7 +32,7 @@ export function drawField(canvas, imageCanvas, path, side, middle) {
   context.beginPath();
   const step = Math.max(1, Math.floor(n / 200));
   for (let k = 0; k < n; k += step) {
-    context.lineTo(middle[0] * canvas.width + path[3 * k + 1] * scale, middle[1] * canvas.height + path[3 * k + 2] * scale);
+    context.lineTo(middle[0] * canvas.width + path[POINT * k + 1] * scale, middle[1] * canvas.height + path[POINT * k + 2] * scale);
   }
   context.lineTo(middle[0] * canvas.width + x, middle[1] * canvas.height + y);
   context.stroke();

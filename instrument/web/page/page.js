@@ -1,5 +1,5 @@
 // The page: takes what the server tells, and draws it once for each picture of the screen.
-import { read } from "./wire.js";
+import { POINT, read } from "./wire.js";
 import { drawCurves, drawField, drawImage, middleOf, step } from "./draw.js";
 import { list, redraw } from "./past.js";
 
@@ -22,7 +22,7 @@ const images = [];          // arrived and not drawn yet, at most WAITING
 let path = new Float32Array(0), state = null, image = null, socket = null, runs = -1, pathDue = false, fieldDue = false;
 // What has been seen, for the line at the bottom and for whoever measures.
 const seen = { images: 0, skipped: 0, dropped: 0, delays_ms: [], lags: [], painted_ms: [] };
-window.kinopix = { seen, get state() { return state; }, get points() { return path.length / 3; } };
+window.kinopix = { seen, get state() { return state; }, get points() { return path.length / POINT; } };
 
 function connect() {
   socket = new WebSocket(`ws://${location.host}/live`);
@@ -47,7 +47,7 @@ function takeFrame(frame) {
     images.push({ ...frame, arrived_ms: performance.now() });
     if (images.length > WAITING) { images.shift(); seen.dropped++; }
   } else {
-    const length = 3 * frame.first;
+    const length = POINT * frame.first;
     const joined = new Float32Array(length + frame.points.length);
     joined.set(path.subarray(0, length));
     joined.set(frame.points, length);
@@ -94,10 +94,10 @@ after.port1.onmessage = () => waiting.shift()();
 function afterPaint(call) { waiting.push(call); after.port2.postMessage(0); }
 
 function plot() {
-  const n = path.length / 3, time = new Array(n), x = new Array(n), y = new Array(n);
-  for (let k = 0; k < n; k++) { time[k] = path[3 * k]; x[k] = path[3 * k + 1]; y[k] = path[3 * k + 2]; }
+  const n = path.length / POINT, column = (which) => Array.from({ length: n }, (_, k) => path[POINT * k + which]);
+  const [time, x, y, sigmaX, sigmaY] = [0, 1, 2, 3, 4].map(column);
   drawCurves(at("path"), { time, end: state?.plan?.run_time_s, pxPerMm: state?.px_per_mm, lines: [
-    { values: x, colour: "--x", width: 4 }, { values: y, colour: "--y", width: 1.8 } ] });
+    { values: x, sigma: sigmaX, colour: "--x", width: 4 }, { values: y, sigma: sigmaY, colour: "--y", width: 1.8 } ] });
 }
 
 function takeState(next) {
@@ -165,9 +165,11 @@ function showLight(light) {
 
 const px = (value) => value === null ? "-" : `${value >= 0 ? "+" : "\u2212"}${Math.abs(value).toFixed(2)} px`;
 
+const withSigma = (value, sigma) => sigma === null ? px(value) : `${px(value).replace(" px", "")} \u00b1 ${sigma.toFixed(2)} px`;
+
 function showLive(live, scale) {
-  put("x", px(live.x_px));
-  put("y", px(live.y_px));
+  put("x", withSigma(live.x_px, live.sigma_x_px));
+  put("y", withSigma(live.y_px, live.sigma_y_px));
   put("mm", live.along_mm === null ? "" : `${live.along_mm.toFixed(3)} mm along the stage`);
   put("where", live.frames ? `frame ${live.frames}` : "");
   at("path").setAttribute("aria-label", live.x_px === null ? "No displacement yet" : `Displacement after ${live.frames} frames: x ${px(live.x_px)}, y ${px(live.y_px)}`);

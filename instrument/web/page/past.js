@@ -53,7 +53,7 @@ async function open(name) {
   const found = await answer.json();
   put("one-name", name);
   const rows = [
-    ["recorded", when(found.recorded)], ["plan", found.plan], ["frames", found.frames === undefined ? null : `${found.frames}, ${found.frames_masked ?? "?"} masked`],
+    ["about", found.about], ["recorded", when(found.recorded)], ["plan", found.plan], ["frames", found.frames === undefined ? null : `${found.frames}, ${found.frames_masked ?? "?"} masked`],
     ["state", found.interrupted ? `${found.state}: ${found.interrupted}` : found.state], ["timing", found.verdict], ["devices", found.devices?.join("; ")],
     ["analysed", found.analysed === undefined ? null : found.analysed ? when(found.analysed) : `not yet: kinopix analyse ${name}`],
     ["travel", found.travel_px ? `${found.travel_px.map((v) => v.toFixed(2)).join(", ")} px` : null],

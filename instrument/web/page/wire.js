@@ -1,5 +1,7 @@
 // The binary frames, as instrument/web/frames.py writes them.
-export const VERSION = 1;
+export const VERSION = 2;
+// Floats a point of the path: seconds, x, y, and the standard uncertainty of both.
+export const POINT = 5;
 const HEAD = 32;
 
 export function read(buffer) {
@@ -15,6 +17,6 @@ export function read(buffer) {
     return { ...head, columns, rows, frames: view.getUint32(HEAD + 4, true), white: view.getFloat32(HEAD + 8, true),
       pixels: new Uint8Array(buffer, HEAD + 12, columns * rows) };
   }
-  const count = (buffer.byteLength - HEAD - 4) / 12;
-  return { ...head, first: view.getUint32(HEAD, true), points: new Float32Array(buffer.slice(HEAD + 4), 0, 3 * count) };
+  const count = (buffer.byteLength - HEAD - 4) / (4 * POINT);
+  return { ...head, first: view.getUint32(HEAD, true), points: new Float32Array(buffer.slice(HEAD + 4), 0, POINT * count) };
 }

@@ -162,6 +162,17 @@ def test_a_background_is_taken_off_and_the_counts_stay(moved: Recording, tmp_pat
     np.testing.assert_array_equal(open_recording(run).values, moved.values)
 
 
+def test_the_name_of_a_file_is_as_good_as_its_recording(moved: Recording, tmp_path: Path) -> None:
+    path = in_file(tmp_path / "run.h5", moved.first(12))
+    by_name, by_path = (analyse(name, tracking="per-frame", method="conventional") for name in (str(path), path))
+    assert by_name.recording.path == path
+    assert by_name.trajectory is not None
+    assert by_path.trajectory is not None
+    np.testing.assert_array_equal(by_name.trajectory.displacement_px, by_path.trajectory.displacement_px)
+    with pytest.raises(InputError, match="no such file"):
+        analyse("none.h5")
+
+
 def test_an_analysis_of_a_plan_that_goes_on_is_as_long_as_the_recording(moved: Recording) -> None:
     part = moved.first(12)
     assert isinstance(part.plan, Plan)

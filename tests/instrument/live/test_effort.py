@@ -93,8 +93,8 @@ def test_an_update_is_published_image_first_with_its_own_figures() -> None:
     told = list[Event]()
     way, image = np.array([[1.0, 2.0], [3.0, 4.0]]), np.eye(3)
     counters = LiveCounters(frames=9, frames_dropped=4, images=3, images_skipped=2)
-    publish_update(LiveUpdate(9, way, image, counters, final=True), told.append)
-    publish_update(LiveUpdate(10, way[:0], None, counters), told.append)
+    publish_update(LiveUpdate(9, way, way / 8, image, counters, final=True), told.append)
+    publish_update(LiveUpdate(10, way[:0], way[:0], None, counters), told.append)
     first, second, third = told
     assert isinstance(first, ImageEvent)
     assert (first.frame, first.final, first.image.tolist()) == (9, True, image.tolist())

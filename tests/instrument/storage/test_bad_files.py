@@ -44,7 +44,7 @@ def foreign(path: Path) -> str:
 def later(path: Path) -> str:
     with plain.opened(path, "r+") as file:
         file["entry/definition"].attrs["version"] = "2.0"
-    return "layout 2.0, while this program reads 1.2"
+    return "layout 2.0, while this program reads 1.3"
 
 
 def no_values(path: Path) -> str:

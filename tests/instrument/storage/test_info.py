@@ -43,7 +43,7 @@ def tiny(tmp_path: Path) -> Path:
 def test_a_whole_run(whole: Path) -> None:
     info, recording = recording_info(whole), open_recording(whole)
     assert (info.state, info.interrupted, info.process_id) == ("complete", "", None)
-    assert (info.title, info.program, info.layout) == ("run", "kinopix", "1.2")
+    assert (info.title, info.program, info.layout) == ("run", "kinopix", "1.3")
     assert info.version == plain.attribute(whole, "entry/program_name", "version")
     assert "2020" < info.start_time <= info.end_time
     assert info.file_bytes == whole.stat().st_size

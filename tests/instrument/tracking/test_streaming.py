@@ -34,6 +34,26 @@ def test_smooth_motion_is_met_within_the_bar(motion: str) -> None:
     assert np.mean(found) <= 0.06
 
 
+def _within(motion: str, sigmas: float) -> float:
+    """Share of frames whose error is less than so many stated sigma, over three draws."""
+    shares: list[float] = []
+    for seed in range(3):
+        recording, tracker = _recording(motion, seed), StreamingTracker(PLAN)
+        assert recording.truth is not None
+        error = np.abs(tracker.push(recording.values) - recording.truth.displacement_px)
+        known = np.isfinite(tracker.sigma_px)
+        assert known.all(axis=1).sum() == FRAMES - 11, "the first frames have no scatter yet"
+        shares.append(float((error < sigmas * tracker.sigma_px)[known].mean()))
+    return float(np.mean(shares))
+
+
+@pytest.mark.parametrize("motion", ["I", "II", "vibration-50", "stop-and-go"])
+def test_its_uncertainty_holds_while_the_run_goes_on(motion: str) -> None:
+    """Of normal errors 68 % are within one sigma and 95 % within two; a motion that changes at once is caught up with later."""
+    assert 0.5 < _within(motion, 1) < 0.8
+    assert 0.85 < _within(motion, 2) < 0.99
+
+
 @pytest.mark.parametrize("motion", ["vibration-50", "vibration-200", "circle", "random-walk", "stop-and-go"])
 def test_rough_motion_is_followed_better_than_frame_by_frame(motion: str) -> None:
     live: list[float] = []

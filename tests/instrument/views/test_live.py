@@ -57,6 +57,11 @@ def test_a_trace_keeps_the_whole_way_in_constant_memory() -> None:
         trace.add(np.arange(first, first + 10.0)[:, None] * [1.0, 2.0])
     assert trace.displacement_px[:, 0].tolist() == [0.0, 16.0, 32.0, 48.0, 64.0, 80.0, 96.0]
     assert trace.last_px == (99.0, 198.0)
+    assert np.isnan(trace.sigma_px).all()
+    trace = Trace(most=8)
+    trace.add(np.zeros((6, 2)), np.arange(6.0)[:, None] * [0.5, 0.25])
+    assert trace.sigma_px.tolist() == [[0.5 * k, 0.25 * k] for k in range(6)]
+    assert trace.last_sigma_px == (2.5, 1.25)
 
 
 def test_without_a_terminal_a_line_of_figures_is_printed_each_second_at_most() -> None:
@@ -69,6 +74,14 @@ def test_without_a_terminal_a_line_of_figures_is_printed_each_second_at_most() -
         f"frame {frame}: x {x} px, y {y} px, 5 images, 3 skipped, 2 frames dropped"
         for frame, x, y in ((10, "+4.50", "-2.25"), (40, "+19.50", "-9.75"), (50, "+24.50", "-12.25"))
     ]
+
+
+def test_a_place_is_told_with_its_uncertainty_where_it_is_known() -> None:
+    out = io.StringIO()
+    event = _tracked(10).model_copy(update={"sigma_px": np.array([[np.nan, np.nan]] * 9 + [[0.125, np.nan]])})
+    with LiveView(Progress(), console=Console(file=out)) as view:
+        view(event)
+    assert out.getvalue().startswith("frame 10: x +4.50 \u00b1 0.12 px, y -2.25 px, 5 images")
 
 
 @pytest.fixture

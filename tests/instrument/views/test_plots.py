@@ -14,6 +14,7 @@ from matplotlib.patches import Rectangle
 from PIL import Image
 
 from instrument.analysis import Analysis, analyse
+from instrument.config import RunTable
 from instrument.recording import Recording
 from instrument.views import picture_folder, write_pictures
 from instrument.views.images import draw_image, image_figure, mark_centroid, round_length
@@ -251,6 +252,10 @@ def test_each_scheme_fills_the_panels_and_pictures_that_it_can(
     assert titles(summary_figure(analysis)) == panels
     written = write_pictures(analysis, tmp_path / "new", "run")
     assert foot_of(analysis).startswith(f"{scheme}, 20 frames, 20000 patterns/s, 32 x 32 px, at rest | ")
+    about = RunTable(title="first light", sample="chrome B")
+    titled = replace(analysis.recording, plan=analysis.recording.plan.model_copy(update={"run": about}))
+    foot = foot_of(replace(analysis, recording=titled))
+    assert foot.startswith(f"first light, sample chrome B | {scheme}, 20 frames")
     assert [path.name for path in written] == [f"run-{name}.png" for name in pictures]
     with Image.open(written[0]) as picture:
         assert np.asarray(picture.convert("L")).std() > 10, "an empty picture"

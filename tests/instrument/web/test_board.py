@@ -90,10 +90,16 @@ def test_without_a_plan_or_a_counter_counts_have_no_rate(bench: Path) -> None:
 
 
 def test_the_path_is_in_seconds_and_px_and_along_the_stage_in_mm(board: Board) -> None:
-    board(tracked(2, np.array([[0.0, 0.0], [3.0, 5.0]])))
-    assert board.path.points.tolist() == [[pytest.approx(1.5e-4), 0, 0], [pytest.approx(4.5e-4), 3, 5]]
+    event = tracked(2, np.array([[0.0, 0.0], [3.0, 5.0]]))
+    board(event.model_copy(update={"sigma_px": np.array([[np.nan, np.nan], [0.25, 0.5]])}))
+    assert board.path.points[:, :3].tolist() == [[pytest.approx(1.5e-4), 0, 0], [pytest.approx(4.5e-4), 3, 5]]
+    np.testing.assert_array_equal(board.path.points[:, 3:], [[np.nan, np.nan], [0.25, 0.5]])
     live = board.state.live
-    assert (live.x_px, live.y_px) == (3.0, 5.0)
+    assert (live.x_px, live.y_px, live.sigma_x_px, live.sigma_y_px) == (3.0, 5.0, 0.25, 0.5)
+    board(tracked(3, np.array([[4.0, 6.0]])))
+    assert (board.state.live.x_px, board.state.live.sigma_x_px) == (4.0, None), "nobody states any"
+    board(event)
+    live = board.state.live
     assert live.along_mm == pytest.approx(0.5)
     assert (live.frames, live.images, live.images_skipped, live.frames_dropped) == (2, 2, 1, 3)
 

@@ -12,7 +12,7 @@ from instrument.web.frames import IMAGE, PATH, frame, image_body, path_body
 
 def test_the_head_is_32_bytes_in_the_order_that_the_page_reads() -> None:
     sent = frame(IMAGE, 258, b"rest", skipped=3, sent_s=1.5, made_s=-2.0)
-    assert sent[:16] == b"KNPX" + bytes([1, 0, 1, 0, 2, 1, 0, 0, 3, 0, 0, 0])
+    assert sent[:16] == b"KNPX" + bytes([2, 0, 1, 0, 2, 1, 0, 0, 3, 0, 0, 0])
     assert sent[16:32] == struct.pack("<dd", 1.5, -2.0)
     assert sent[32:] == b"rest"
 
@@ -37,10 +37,10 @@ def test_an_image_without_light_is_black(image: np.ndarray) -> None:
     assert image_body(image, 1)[12:] == bytes(16)
 
 
-def test_a_path_is_the_index_of_its_first_point_and_three_floats_a_point() -> None:
-    body = path_body(5, np.array([[0.25, 1.0, -2.0], [0.5, 3.0, 4.0]]))
-    assert body == struct.pack("<I6f", 5, 0.25, 1.0, -2.0, 0.5, 3.0, 4.0)
-    assert len(frame(PATH, 1, body, skipped=0, sent_s=0.0, made_s=0.0)) == 32 + 4 + 24
+def test_a_path_is_the_index_of_its_first_point_and_five_floats_a_point() -> None:
+    body = path_body(5, np.array([[0.25, 1.0, -2.0, 0.125, 0.5], [0.5, 3.0, 4.0, 0.25, 1.0]]))
+    assert body == struct.pack("<I10f", 5, 0.25, 1.0, -2.0, 0.125, 0.5, 0.5, 3.0, 4.0, 0.25, 1.0)
+    assert len(frame(PATH, 1, body, skipped=0, sent_s=0.0, made_s=0.0)) == 32 + 4 + 40
 
 
 @given(st.integers(0, 2**40), st.integers(0, 2**40))

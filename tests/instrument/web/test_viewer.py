@@ -36,7 +36,7 @@ class Page:
     def points(self) -> list[tuple[int, int, int]]:
         """Generation, first point and number of points of each part of the path."""
         parts = [frame for frame in self.frames if frame[6] == 2]
-        return [(*struct.unpack_from("<I", f, 8), *struct.unpack_from("<I", f, 32), (len(f) - 36) // 12) for f in parts]
+        return [(*struct.unpack_from("<I", f, 8), *struct.unpack_from("<I", f, 32), (len(f) - 36) // 20) for f in parts]
 
 
 def looked_at(board: Board, script: Callable[[Viewer, Page], Awaitable[None]], *, desk: Desk | None = None) -> Page:

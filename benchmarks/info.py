@@ -1,0 +1,82 @@
+"""How long ``kinopix info`` takes on a large recording: ``python -m benchmarks.info [--gigabytes 1] [--repeats 7]``.
+
+A recording of that size is written, as a run writes it, and then whole processes are timed in turn: ``kinopix info FILE``, and
+``kinopix --help``, which does nothing else than start. Seconds of wall clock are printed, the ratio of both, and the same for a
+recording of one frame, so that what the size costs stands beside what the start costs. Python keeps what it has compiled, as it
+does where Kinopix is installed: in a folder of this benchmark's own, filled by the processes that do not count.
+"""
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from statistics import median
+from typing import Final
+
+import numpy as np
+
+from instrument.plan import Plan
+from instrument.storage import RecordingWriter
+from protocols import CountBlock
+
+_BYTES_A_PATTERN: Final = 32
+"""Raw counts, their edges, values, their edges: 8 bytes each."""
+_PATTERNS_A_BLOCK: Final = 600_000
+_MOST_S: Final = 0.5
+"""What a look at a gigabyte may take."""
+
+
+def written(path: Path, gigabytes: float) -> None:
+    """Write a recording of so many gigabytes, of one frame at least, block by block."""
+    per_frame = Plan(frames=1).patterns_per_frame
+    frames = max(1, round(gigabytes * 1e9 / _BYTES_A_PATTERN / per_frame))
+    plan = Plan(frames=frames)
+    with RecordingWriter(path, plan, picture_time_s=plan.picture_time_s) as writer:
+        for first in range(0, plan.patterns, _PATTERNS_A_BLOCK):
+            index = np.arange(first, min(first + _PATTERNS_A_BLOCK, plan.patterns))
+            counts = (1000 + index % 97).astype(np.uint32)
+            edges = index.astype(np.float64) * plan.picture_time_s
+            end_s = (int(index[-1]) + 1) * plan.picture_time_s
+            block = CountBlock(first_bin=first, counts=counts, opening_edge_s=edges, closing_edge_s=end_s)
+            writer.append_raw(block)
+            writer.append(counts.astype(np.float64), edges)
+        writer.finish()
+
+
+def seconds(arguments: list[str], compiled: Path) -> float:
+    """Give the time that one process of ``python -m kinopix`` takes, with a folder for what Python compiles."""
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    environment["PYTHONPYCACHEPREFIX"] = str(compiled)
+    before = time.perf_counter()
+    subprocess.run([sys.executable, "-m", "kinopix", *arguments], capture_output=True, check=True, env=environment)
+    return time.perf_counter() - before
+
+
+def main() -> None:
+    """Print a line a recording."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--gigabytes", type=float, default=1.0, help="size of the large recording")
+    parser.add_argument("--repeats", type=int, default=7, help="processes of each kind, after one that does not count")
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        for gigabytes in (0.0, given.gigabytes):
+            path = Path(folder) / f"{gigabytes:g}.h5"
+            written(path, gigabytes)
+            compiled = Path(folder) / "compiled"
+            pairs = [
+                (seconds(["info", str(path)], compiled), seconds(["--help"], compiled))
+                for _ in range(given.repeats + 1)
+            ][1:]
+            info_s, help_s = (median(times) for times in zip(*pairs, strict=True))
+            ratio = median(info / start for info, start in pairs)
+            print(
+                f"{path.stat().st_size / 1e9:.3f} GB: kinopix info {info_s:.3f} s, kinopix --help {help_s:.3f} s, "
+                f"ratio {ratio:.2f}, at most {_MOST_S:g} s: {'yes' if info_s <= _MOST_S else 'NO'}"
+            )
+
+
+if __name__ == "__main__":
+    main()
