@@ -76,8 +76,13 @@ def add_contents(_app: Sphinx, docname: str, source: list[str]) -> None:
         source[0] += f"\n\n```{{toctree}}\n:hidden:\n\n{entries}\n```\n"
 
 
-def keep_shapes(_app: Sphinx, what: str, _name: str, _of: object, _options: object, lines: list[str]) -> None:
-    """Keep the shape that a field's docstring begins with: what stands before a colon is taken for its type."""
+def told_once(_app: Sphinx, what: str, _name: str, _of: object, _options: object, lines: list[str]) -> None:
+    """Leave the fields out of a class's text, as each follows by itself; keep the shape that a field's text begins with.
+
+    What stands before a colon would be taken for its type.
+    """
+    if what == "class" and "Fields:" in lines:
+        del lines[lines.index("Fields:") :]
     if what in {"attribute", "property"} and lines:
         lines[0] = lines[0].replace("``: ", "`` \N{EN DASH} ", 1)
 
@@ -102,4 +107,4 @@ def setup(app: Sphinx) -> None:
     app.add_source_suffix(".ipynb", "ipynb")
     app.add_source_parser(NotebookParser)
     app.connect("source-read", add_contents)
-    app.connect("autodoc-process-docstring", keep_shapes, priority=400)  # before napoleon
+    app.connect("autodoc-process-docstring", told_once, priority=400)  # before napoleon
