@@ -1,6 +1,8 @@
 PY := .venv/bin/python
 
-.PHONY: demo test thorough coverage lint mypy pyright format clean
+SITE := NUMBA_DISABLE_JIT=1 $(PY) -m sphinx --quiet --fresh-env --fail-on-warning --keep-going --conf-dir docs --doctree-dir build/doctrees
+
+.PHONY: demo test thorough coverage lint mypy pyright format docs docs-links clean
 test thorough coverage: export PYTHONDONTWRITEBYTECODE =  # a module is compiled once, not in each of the many processes of the tests
 demo: .venv/ready ; .venv/bin/kinopix demo --out demo --overwrite
 test: .venv/ready ; $(PY) -m pytest -n 2 --dist worksteal
@@ -13,6 +15,8 @@ lint: .venv/ready
 	+$(MAKE) --no-print-directory -j 2 mypy pyright
 mypy pyright: .venv/ready ; $(PY) -m $@
 format: .venv/ready ; $(PY) -m ruff check --fix . ; $(PY) -m ruff format .
+docs: .venv/ready ; $(SITE) . build/site  # pages and headings that links lead to are checked; begin at build/site/index.html
+docs-links: .venv/ready ; $(SITE) --builder linkcheck . build/links  # links to other sites: needs the net
 clean: ; rm -rf .venv demo build dist *.egg-info
 
 .venv/ready: pyproject.toml constraints.txt

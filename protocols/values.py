@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
+from protocols.field_docs import ModelType
+
 Floats: TypeAlias = NDArray[np.float64]
 """Real numbers in double precision."""
 
@@ -22,7 +24,7 @@ Mask: TypeAlias = NDArray[np.bool_]
 """Booleans, True where the thing named holds."""
 
 
-class Frozen(BaseModel):
+class Frozen(BaseModel, metaclass=ModelType):
     """A value: it cannot change, and a key that it does not know is an error."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)

@@ -22,6 +22,7 @@ from protocols import (
     PlanError,
     Scene,
 )
+from protocols.field_docs import with_fields
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,7 @@ class Check:
     """What ``raise_errors`` raises for it."""
 
 
+@with_fields
 @dataclass(frozen=True)
 class CheckReport:
     """All checks of one plan on one bench."""

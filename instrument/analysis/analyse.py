@@ -22,11 +22,13 @@ from instrument.shown import card, curves, grey, line
 from instrument.storage import open_recording
 from instrument.tracking import Trajectory
 from protocols import Floats, InputError
+from protocols.field_docs import with_fields
 
 OnStep: TypeAlias = Callable[[str, int, int], None]
 """Function that is called with the step that begins, the number of steps done, and the number of all steps."""
 
 
+@with_fields
 @dataclass(frozen=True, eq=False)
 class Analysis:
     """A recording and the results of its analysis."""

@@ -96,15 +96,16 @@ def _carried_out(names: list[str], folder: Path, seeds: int | None, where: "Wher
 
 
 def _write_page(result: "Result", docs: Path) -> None:
-    """Write the page of a study, and the index of all."""
+    """Write the page of a study, and the index of all to a folder that has none."""
     from instrument.studies import STUDIES
     from instrument.views import study_index, study_page
 
     name = result.study.name
     page = study_page(result, [f"{name}.png", f"{name}-images.png"])
     (docs / f"{name}.md").write_text(page, encoding="utf-8")
-    index = study_index([(study.name, study.title) for study in STUDIES.values()])
-    (docs / "README.md").write_text(index, encoding="utf-8")
+    index = docs / "README.md"
+    if not index.exists():
+        index.write_text(study_index([(study.name, study.title) for study in STUDIES.values()]), encoding="utf-8")
 
 
 def _as_json(result: "Result") -> dict[str, object]:

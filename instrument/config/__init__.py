@@ -32,7 +32,7 @@ from instrument.config.light_table import NOTHING_KNOWN, DeadTimeKind, Grid, Lig
 from instrument.config.mirrors_section import MirrorsSection
 from instrument.config.profile_section import ProfileSection
 from instrument.config.run_table import RunTable
-from instrument.config.schema import bench_schema, field_docstrings, plan_schema
+from instrument.config.schema import bench_schema, plan_schema
 from instrument.config.scheme_table import (
     DEFAULT_SCHEME,
     SchemePlugin,
@@ -86,7 +86,6 @@ __all__ = [
     "bench_of_tables",
     "bench_schema",
     "bench_template",
-    "field_docstrings",
     "find_plugin",
     "installed_plugins",
     "keys_page",

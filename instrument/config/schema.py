@@ -3,11 +3,7 @@
 It is made from the models of the framework and of every plug-in that is installed, so that it says what this machine takes.
 """
 
-import ast
-import inspect
-import textwrap
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
 from typing import Any, Final, Literal, TypeAlias, cast
 
 from pydantic import BaseModel
@@ -16,6 +12,7 @@ from pydantic.json_schema import GenerateJsonSchema, models_json_schema
 from instrument.config.bench import table_of, whole_file
 from instrument.config.discovery import PluginBroken, installed_plugins
 from instrument.roles import ROLES
+from protocols.field_docs import field_docstrings, own_docstring
 
 JsonSchema: TypeAlias = dict[str, Any]
 """A schema, or a part of one."""
@@ -29,35 +26,14 @@ class _Documented(GenerateJsonSchema):
     def model_schema(self, schema: Any) -> JsonSchema:
         """Give the schema of one model."""
         made = super().model_schema(schema)
+        if "description" in made:
+            made["description"] = own_docstring(schema["cls"])
         meanings = field_docstrings(schema["cls"])
         for name, of_field in made.get("properties", {}).items():
             of_field.pop("title", None)
             if name in meanings:
                 of_field["description"] = meanings[name]
         return made
-
-
-def field_docstrings(model: type[BaseModel]) -> dict[str, str]:
-    """Read the text below each field of a model, and of the models that it extends: Python itself does not keep it."""
-    found: dict[str, str] = {}
-    for cls in reversed(model.__mro__):
-        if not issubclass(cls, BaseModel) or cls is BaseModel or "__annotations__" not in vars(cls):
-            continue
-        try:
-            source = textwrap.dedent(inspect.getsource(cls))
-        except (OSError, TypeError):  # made in memory
-            continue
-        body = cast("ast.ClassDef", ast.parse(source).body[0]).body
-        for field, below in pairwise(body):
-            if (
-                isinstance(field, ast.AnnAssign)
-                and isinstance(field.target, ast.Name)
-                and isinstance(below, ast.Expr)
-                and isinstance(below.value, ast.Constant)
-                and isinstance(below.value.value, str)
-            ):
-                found[field.target.id] = " ".join(inspect.cleandoc(below.value.value).split())
-    return found
 
 
 def plugin_models(kind: str) -> dict[str, type[BaseModel]]:

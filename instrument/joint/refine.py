@@ -18,11 +18,13 @@ from instrument.recording import Recording
 from instrument.schemes import position_of
 from instrument.tracking import Trajectory, as_trajectory
 from protocols import Floats
+from protocols.field_docs import with_fields
 
 _WORSE = 1.05  # ratio of misfits above which the refined path is worse than the one given
 _NO_BETTER = 1.01  # ratio of misfits above which smaller pixels explain less than those of the patterns do
 
 
+@with_fields
 @dataclass(frozen=True, eq=False)
 class Refined:
     """Path and image that explain the values together."""

@@ -21,12 +21,14 @@ from instrument.plan import Plan
 from instrument.recording import Recording
 from instrument.schemes import Light, Observation, Scheme, Signals, as_signals, image_rows_of, position_of, scheme_of
 from protocols import Floats, InputError, Mask
+from protocols.field_docs import with_fields
 
 _SIGNIFICANT: Final = 5  # standard errors by which the mean light must be above 0
 _FEWEST_FRAMES: Final = 8  # below which nothing is smoothed
 _LEAST_LAMP: Final = 1e-3  # brightness assumed at least, over the lamp's mean
 
 
+@with_fields
 @dataclass(frozen=True, eq=False)
 class Measurement:
     """All frames of a recording as light, with the variance of every value and a mask of valid frames."""

@@ -43,6 +43,11 @@ class Places:
         """``(n, 2)``: all displacements."""
         return np.concatenate([self.positive, self.negative, self.fixed.reshape(-1, 2)])
 
+    @property
+    def middle_px(self) -> Floats:
+        """``(rows, 2)``: displacement in the middle of the patterns that measure position; where there are none, of H+ and H-."""
+        return self.fixed.mean(axis=1) if self.fixed.shape[1] else (self.positive + self.negative) / 2
+
 
 @dataclass(frozen=True, eq=False)
 class Problem:
@@ -127,8 +132,7 @@ class Problem:
         if self.profile is None or not self.steady:
             return self
         own = self.on_grid(image.shape[0] // self.region.height).all_light()
-        middle_px = self.places.fixed.mean(axis=1, keepdims=True)
-        light = own.values(own.maps(np.asarray(image, np.float32)), middle_px)[0][:, 0]
+        light = own.values(own.maps(np.asarray(image, np.float32)), self.places.middle_px[:, None])[0][:, 0]
         light = light + (0.0 if still is None else float(still.sum(dtype=np.float64)))
         if not (light > 0).all():
             return self

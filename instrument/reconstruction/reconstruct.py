@@ -17,8 +17,10 @@ from instrument.shown import card, grey, line
 from instrument.tables import data_set
 from instrument.tracking import Trajectory, as_trajectory
 from protocols import Floats, InputError
+from protocols.field_docs import with_fields
 
 
+@with_fields
 @dataclass(frozen=True, eq=False)
 class Reconstruction:
     """The image of the object at its position in frame 0. ``numpy.asarray`` gives ``image``."""

@@ -14,8 +14,10 @@ from instrument.recording.timing import TimingReport
 from instrument.shown import card, curves, line
 from instrument.tables import data_set
 from protocols import Floats, InputError, Mask, Truth
+from protocols.field_docs import with_fields
 
 
+@with_fields
 @dataclass(frozen=True, eq=False)
 class Recording:
     """One run. A run that broke is a shorter recording with a mask."""

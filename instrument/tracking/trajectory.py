@@ -15,8 +15,10 @@ from instrument.tables import data_frame
 from instrument.tracking.covariance import PathCovariance
 from instrument.tracking.kinematics import MotionFit, in_mm, motion_fit, require_scale
 from protocols import Floats, InputError, Mask
+from protocols.field_docs import with_fields
 
 
+@with_fields
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """Displacement of every frame. ``numpy.asarray`` gives ``displacement_px``."""

@@ -1,10 +1,8 @@
-"""What the README shows can be copied: its files load, its Python names are there, its links lead somewhere."""
+"""What the README shows can be copied: its files load, its links lead somewhere; commands and Python run in other tests here."""
 
-import ast
 import re
 from pathlib import Path
 
-import kinopix
 from instrument.config import load_bench
 from instrument.plan import Plan
 
@@ -28,21 +26,7 @@ def test_both_files_load(tmp_path: Path) -> None:
     assert Plan.from_toml(tmp_path / "plan.toml").patterns == 9996
 
 
-def test_every_name_that_its_python_imports_is_there() -> None:
-    blocks = _blocks("python")
-    assert len(blocks) == 2
-    names = [
-        alias.name
-        for block in blocks
-        for node in ast.walk(ast.parse(block))
-        if isinstance(node, ast.ImportFrom)
-        for alias in node.names
-    ]
-    assert names == ["Instrument", "Plan", "analyse"]
-    assert [name for name in names if not hasattr(kinopix, name)] == []
-
-
 def test_every_link_to_a_file_leads_to_one() -> None:
-    links = re.findall(r"\]\(([^)#:]+)\)", TEXT)
+    links = re.findall(r"\]\(([^)#:]+)", TEXT)
     assert len(links) > 10
     assert [link for link in links if not (ROOT / link).exists()] == []

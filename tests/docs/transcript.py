@@ -1,8 +1,8 @@
 """A page whose commands are run: files are written, commands typed, and what they print is held against the page.
 
-A block ``toml`` whose first line is ``# name.toml`` is a file; a block ``python`` is run; in a block ``console`` a line that
-begins with ``$ kinopix`` is a command, and the lines after it are what it prints on standard output. ``...`` stands for
-lines that are left out. Dates, times that the machine takes, and its memory are not compared.
+A block ``toml`` whose first line is ``# name.toml`` is a file; blocks ``python`` are one program, run as they come; in a block
+``console`` a line that begins with ``$ kinopix`` is a command, and the lines after it are what it prints on standard output.
+``...`` stands for lines that are left out. Dates, times that the machine takes, and its memory are not compared.
 """
 
 import contextlib
@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from instrument.cli.main import status
 from instrument.views import terminal
@@ -43,13 +44,14 @@ def typed(page: str) -> Iterator[Typed | tuple[str, str]]:
             yield Typed(command, tuple(shown))
 
 
-def prepare(kind: str, text: str, folder: Path) -> None:
-    """Write a file, or run the Python of a page."""
+def prepare(kind: str, text: str, folder: Path, names: dict[str, Any]) -> None:
+    """Write a file, or run the Python of a page with the names that it has so far."""
     if kind == "python":
-        exec(compile(text, "the page", "exec"), {})  # noqa: S102 - our own page
+        exec(compile(text, "the page", "exec"), names)  # noqa: S102 - our own page
         return
-    name = text.split("\n", 1)[0].removeprefix("# ").split(":")[0].strip()
-    (folder / name).write_text(text, encoding="utf-8")
+    path = folder / text.split("\n", 1)[0].removeprefix("# ").split(":")[0].strip()
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(text, encoding="utf-8")
 
 
 def printed_by(command: str) -> list[str]:

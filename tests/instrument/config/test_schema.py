@@ -9,8 +9,9 @@ from typing import Any, cast
 import pytest
 from jsonschema import Draft202012Validator
 
-from instrument.config import bench_schema, field_docstrings, plan_schema
+from instrument.config import bench_schema, plan_schema
 from instrument.plan import MotionPlan, Plan
+from protocols.field_docs import field_docstrings
 
 ROOT = Path(__file__).parents[3]
 

@@ -90,3 +90,16 @@ def test_light_that_the_object_lets_through_less_of_at_the_border_is_no_lamp_tha
     assert np.corrcoef(total, arrived)[0, 1] > 0.99
     np.testing.assert_allclose(once.seen_as(part, None).values.positive, once.values.positive, rtol=1e-9)
     np.testing.assert_allclose(once.remeasured(measurement).values.fixed, once.values.fixed, rtol=1e-9)
+
+
+def test_patterns_without_a_position_see_the_object_where_hadamard_patterns_do() -> None:
+    """An object at rest has the same light throughout: nothing is taken off its values."""
+    plan = Plan.model_validate({"frames": 300, "image_size": SIZE, "scheme": "hadamard"})
+    scene = {"noise": {"kind": "pixel", "sigma": 0.03, "seed": 5}, "illumination_falloff": 0.6}
+    recording = replace(simulate(plan, scene, image=_object()), light=TABLE)
+    measurement = first_light(recording)
+    at_rest = as_trajectory(np.zeros((300, 2)), 300, measurement.frame_time_s)
+    problem = Problem.of(measurement, measurement.image_values(steady_object=True), at_rest, inside=True)
+    assert problem.places.middle_px == pytest.approx(np.zeros((300, 2)))
+    seen = problem.seen_as(_object(), None).seen
+    assert seen == pytest.approx(np.ones(300))
