@@ -3,8 +3,8 @@
 ``python -m benchmarks.contradictions [--runs 50] [--counts 50] [--flaws]``, from the repository's root. Runs are those of
 ``benchmarks.doubt``, without edge times. "named" are runs with the right cause among what the analysis tells, "mended" those
 whose path is within twice the squared error of the run as planned (or 0.05 px^2) and whose image is within 1 dB of it; "s" is
-the mean time of an analysis. A lost frame is drawn from the first two thirds of the run; "placed" means that the range told has it.
-Mirrored and turned images are not here: that takes a stage and its calibration, and is exact (see the tests).
+the mean time of an analysis. A lost frame is drawn from the first two thirds of the run; "placed" are those that the range told
+holds. Mirrored and turned images are not here: that takes a stage and its calibration, and is exact (see the tests).
 """
 
 import argparse
