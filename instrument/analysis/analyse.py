@@ -54,6 +54,9 @@ class Analysis:
     light: LightModel
     """What the bench does to the light, with the numbers that the run determined."""
 
+    measurement: Measurement
+    """The values as they were taken: mended, corrected by that light, each of the pattern that was shown."""
+
     figures: Figures
     """Figures of merit."""
 
@@ -196,5 +199,5 @@ def analyse(
         stage = None if trajectory is None else stage_figures(recording, trajectory)
         figures = figures_of(found.measurement, recording.truth, trajectory, reconstruction, took_s, stage=stage)
     tell("done", 3, 3)
-    light = found.measurement.light
-    return Analysis(recording, tracking, trajectory, reconstruction, ignored, found.refinements, light, figures)
+    used = found.measurement
+    return Analysis(recording, tracking, trajectory, reconstruction, ignored, found.refinements, used.light, used, figures)

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from instrument.analysis.analyse import Analysis
-from instrument.measurement import Measurement
 from instrument.reconstruction import method_of, reconstruct
 from instrument.tracking import Trajectory
 from protocols import Floats, InputError
@@ -51,9 +50,8 @@ def forming(analysis: Analysis, stages: int) -> Generator[Stage]:
     counts = np.unique(np.linspace(min(_FEWEST_FRAMES, total), total, stages).round().astype(np.int64)).tolist()
     finer = method_of(whole.method).finer
     for frames in counts[:-1]:
-        measurement = Measurement.of(analysis.recording.first(frames)).lit_by(analysis.light)
         image = reconstruct(
-            replace(measurement, light_found=True),
+            analysis.measurement.first(frames),
             _beginning(path, frames),
             "tv",
             grid=whole.grid if finer else 1,

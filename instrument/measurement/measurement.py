@@ -125,6 +125,17 @@ class Measurement:
         values = with_edge_light(values, self.scheme, self.plan.image_size, loss_a_side)
         return replace(self, light=light, values=values, variance=self.variance * (after / before))
 
+    def first(self, frames: int) -> "Measurement":
+        """Give the first frames."""
+        return replace(
+            self,
+            values=self.values[:frames],
+            variance=self.variance[:frames],
+            valid=self.valid[:frames],
+            pattern_time_s=self.pattern_time_s[:frames],
+            arrived=self.arrived[:frames],
+        )
+
     @property
     def edge_loss_a_side(self) -> float:
         """Share of a pattern pixel's light that is lost at each side that borders a dark one."""
