@@ -200,4 +200,6 @@ def analyse(
         figures = figures_of(found.measurement, recording.truth, trajectory, reconstruction, took_s, stage=stage)
     tell("done", 3, 3)
     used = found.measurement
-    return Analysis(recording, tracking, trajectory, reconstruction, ignored, found.refinements, used.light, used, figures)
+    return Analysis(
+        recording, tracking, trajectory, reconstruction, ignored, found.refinements, used.light, used, figures
+    )

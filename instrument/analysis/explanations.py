@@ -76,16 +76,18 @@ def _without_lost_frames(measurement: Measurement, found: Found, find: Find) -> 
         frames = tuple(range(lost.first, max(lost.last, lost.frame) + 1))
         how = "what comes after is moved one frame later, and frames in doubt are masked; look at the counter and the sync line"
         moved = replace(moved, findings=(*moved.findings, Finding("shifted patterns", frames, text, f"{text}: {how}")))
-        again = find(moved)
-        if not _squares(found) - _squares(again) > _BETTER:
+        masked = measurement.valid.copy()
+        masked[list(frames)] = False
+        again, alike = find(moved), find(replace(measurement, valid=masked))  # of as many values, but for one
+        if not _squares(alike) - _squares(again) > _BETTER:
             return found
         measurement, found = moved, again
     return found
 
 
 def _squares(found: Found) -> float:
-    """Sum of squares that the image leaves of the Hadamard values, in units of their noise, as of a run without masked frames."""
-    return float(len(found.measurement) * found.usual_misfit**2)
+    """Sum of squares that the image leaves of the Hadamard values, in units of their noise."""
+    return float(np.count_nonzero(found.measurement.valid) * found.usual_misfit**2)
 
 
 def _otherwise(measurement: Measurement, contradiction: float) -> Measurement | None:
