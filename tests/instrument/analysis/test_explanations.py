@@ -65,7 +65,7 @@ def test_fringes_that_are_wired_otherwise_are_named_and_taken_so(
     np.testing.assert_allclose(found.trajectory.displacement_px, planned.trajectory.displacement_px, atol=0.1)
 
 
-@pytest.mark.parametrize("lost", [40, 250])
+@pytest.mark.parametrize("lost", [pytest.param(40, marks=pytest.mark.thorough), 250])
 def test_a_frame_that_was_lost_is_named_and_what_follows_moved_back(
     recording: Recording, planned: Analysis, lost: int
 ) -> None:
