@@ -123,13 +123,10 @@ ROWS: Final = (
     *_TIMED,
     *(replace(row, fault=f"{row.fault} (NI)", counter="ni") for row in _TIMED if row.gaps or row.doubles),
     *(
-        replace(row, fault=f"{row.fault} ({name})", counter=counter, counts=counts)
+        replace(row, fault=f"{row.fault} (NI analogue inputs)", counter="ni-analog", counts="alike")
         for row in (_TIMED[0], _TIMED[5])
-        for counter, name, counts in (
-            ("ni-analog", "NI analogue inputs", "alike"),
-            ("serial-counter", "serial counter", row.counts),
-        )
     ),
+    *(replace(row, fault=f"{row.fault} (serial counter)", counter="serial-counter") for row in (_TIMED[0], _TIMED[5])),
     *(replace(row, fault=f"{row.fault} (counter without edge times)", keys="edge_times = false") for row in _UNTIMED),
     *(replace(row, fault=f"{row.fault} (USB-CTR)", counter="usb-ctr") for row in _UNTIMED[:4]),
     Row(
