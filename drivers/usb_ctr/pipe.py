@@ -213,8 +213,8 @@ class _LibusbPipe:
             if transfer.isSubmitted():
                 try:
                     transfer.cancel()
-                except (usb1.USBErrorNotFound, usb1.USBErrorNoDevice):
-                    continue  # it is over, and its end is on its way
+                except usb1.USBError:
+                    continue  # it is over, and its end is on its way; or the board is gone, which ends it too
         waits = 0
         while any(transfer.isSubmitted() for transfer in self._queued) and waits * _WAIT_S < _CANCELS_S:
             with _faults():

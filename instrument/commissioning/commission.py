@@ -156,8 +156,10 @@ def _measure_stage(
         no = refused(
             "homing", f"{where} It will look for its origin, which may be at the end of its travel. Is the way free?"
         )
-        tell("stage: homing")
-        found["homing"] = _tried(lambda: homing(stage, clock)) if no is None else no
+        if no is None:
+            tell("stage: homing")
+            no = _tried(lambda: homing(stage, clock))
+        found["homing"] = no
 
 
 def _device(

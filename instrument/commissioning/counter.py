@@ -201,10 +201,17 @@ def _pulses(runs: list[Counted]) -> Answer:
     doubts: list[str] = [note for run in runs for note in run.report.notes[:1] if not run.whole]
     if not all(run.whole for run in runs):
         doubts.append(f"{n} pictures and the guard must give {n} bins and {n + 1} edges each time")
-    told = f"{n + 1} edges" if known and all(run.whole for run in runs) else f"edges {edges if known else 'not told'}"
+    whole = all(run.whole for run in runs)
+    told = (
+        "edges not told"
+        if not known
+        else f"{n + 1} edges"
+        if whole
+        else "edges " + ", ".join(f"{x:.0f}" for x in edges)
+    )
     return Answer(
         said=f"{len(runs)} runs of {n} pictures and the guard at {rate:,.0f} a second: "
-        f"{'all' if all(run.whole for run in runs) else 'NOT all'} bins arrived, {told} each; "
+        f"bins {', '.join(f'{len(run.values)}' for run in runs)}; {told}; "
         f"first bin read {min(run.first_bin_s for run in runs):.3g} s after the start",
         figures={
             "rate_hz": rate,

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from instrument.roles import RoleName
 from instrument.storage import json_text
-from protocols import Answer, DeviceIdentity, Frozen
+from protocols import Answer, DeviceIdentity, FigureValue, Frozen
 
 State: TypeAlias = Literal["answered", "doubtful", "failed", "not asked", "by hand"]
 """What became of a question: a program answered it; it did, and differs from what Kinopix takes for granted; the device raised an
@@ -163,5 +163,12 @@ def _device_lines(device: DeviceReport) -> list[str]:
 
 def _finding_lines(head: str, finding: Finding) -> list[str]:
     lines = [f"{head} [{_MARKS[finding.state]}] {finding.answer.said}"]
-    lines += [f"        {name} = {value}" for name, value in finding.answer.figures.items()]
+    lines += [f"        {name} = {_short(value)}" for name, value in finding.answer.figures.items()]
     return lines + [f"        doubt: {doubt}" for doubt in finding.answer.doubts]
+
+
+def _short(value: FigureValue) -> str:
+    """A figure with seven digits; the JSON has them all."""
+    if isinstance(value, tuple):
+        return ", ".join(map(_short, value))
+    return f"{value:.7g}" if isinstance(value, float) else str(value)

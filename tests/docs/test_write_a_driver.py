@@ -124,6 +124,7 @@ def test_the_page_s_devices_do_a_run_and_the_stage_carries_the_object(package: P
         assert [float(px) for px in line[3:]] == pytest.approx([0.0, 10 * 24 * 6 * 50e-6 * 7.2 * 32 / 128], abs=0.01)
 
 
+@pytest.mark.thorough
 def test_the_page_s_stage_is_commissioned_with_its_own_question(package: Path) -> None:
     done = python(
         package, "kinopix", "probe", "--bench", "acme.toml", "--commission", "--only", "stage", "--yes", "--out", "acme"

@@ -399,3 +399,12 @@ def test_whatever_packets_come_the_good_ones_are_handed_over_and_reading_ends(
     assert got == expected[: len(got)]
     assert got == expected or status != b"\x02\x01"
     assert device.disarm().bins_closed == len(got)
+
+
+@pytest.mark.parametrize(("timer", "unread_bins"), [(None, 4096), (EdgeTimer(), 2048)])
+def test_the_board_keeps_8192_words_and_a_bin_has_two_or_four(timer: EdgeTimer | None, unread_bins: int) -> None:
+    pipe = ScriptedPipe([*OPEN])
+    assert (
+        usb_ctr_counter(UsbCtrSettings(edge_timer=timer), UsbCtrBoard(pipe), ScriptClock()).limits.max_unread_bins
+        == unread_bins
+    )

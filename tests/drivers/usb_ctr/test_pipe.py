@@ -207,6 +207,22 @@ def test_the_end_of_reading_cancels_what_waits_and_forgets_what_nobody_took() ->
 
 
 @pytest.mark.parametrize(
+    ("name", "number"),
+    [
+        ("IO", errno.EIO), ("InvalidParam", errno.EINVAL), ("Access", errno.EACCES), ("NoDevice", errno.ENODEV),
+        ("NotFound", errno.ENOENT), ("Busy", errno.EBUSY), ("Timeout", errno.ETIMEDOUT), ("Overflow", errno.EOVERFLOW),
+        ("Pipe", errno.EPIPE), ("Interrupted", errno.EINTR), ("NoMem", errno.ENOMEM), ("NotSupported", errno.ENOTSUP),
+        ("Other", errno.EIO),
+    ],
+)  # fmt: skip
+def test_libusb_s_errors_have_the_numbers_of_the_operating_system(name: str, number: int) -> None:
+    error: BaseException = getattr(usb1, f"USBError{name}")()
+    with pytest.raises(UsbFault, match="LIBUSB_ERROR") as raised:
+        only(Bus([b"01234567"], error=error)).ask(0x40, 0, 0, 2)
+    assert raised.value.errno == number
+
+
+@pytest.mark.parametrize(
     ("status", "number"),
     [
         (usb1.TRANSFER_NO_DEVICE, errno.ENODEV),

@@ -188,4 +188,5 @@ def test_the_report_is_a_text_to_fill_in_and_the_same_as_json(tmp_path: Path) ->
         in said
     )
     assert CommissioningReport.model_validate(json.loads(data.read_text())) == report
+    assert "\n        expected_s = 0.65\n" in said
     assert "limit.max = 6250000" in said  # 400 mm of 15,625 microsteps

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from instrument.commissioning import commission
-from instrument.commissioning.counter import dark, pulses_edges_reads
+from instrument.commissioning.counter import dark, dead_time, order, pulses_edges_reads
 from instrument.commissioning.modulator import playing, upload
 from instrument.commissioning.stage import Stretch, homing, standing, stop, travel
 from instrument.session import Instrument
@@ -134,6 +134,24 @@ def test_dark_counts_are_counted_for_a_second(tmp_path: Path) -> None:
     assert number(found, "scatter_of_a_bin") == pytest.approx(np.sqrt(1.2), rel=0.1)
 
 
+def test_a_modulator_with_room_for_20_pictures_is_measured_with_19_and_the_guard(tmp_path: Path) -> None:
+    """4 cycles of dark, white and both halves. The mirrors turn in 0.4 ms: a tenth of the white light is in the next bin."""
+    bench_file = written(
+        tmp_path,
+        '[modulator]\ndriver = "simulated"\nplay_order_entries = 20\n[counter]\ndriver = "simulated"\n'
+        + LAMP.replace("peak_counts", "dark_rate_hz = 1e5, peak_counts")
+        + "mirror_transition_s = 4e-4\n",
+    )
+    with Instrument.from_toml(bench_file, only=("modulator", "counter")) as bench:
+        pulses, halves, bright = pulses_edges_reads(bench)["pulses"], dead_time(bench), order(bench)
+        assert number(dark(bench), "rate_hz") == pytest.approx(1e5, rel=0.1)
+    assert "bins 19, 19, 19, 19, 19; 20 edges; first bin" in pulses.said
+    light = [number(halves, name) for name in ("half_hz", "other_half_hz", "dark_hz", "white_hz")]
+    assert number(halves, "halves_over_whole") == pytest.approx((light[0] + light[1] - light[2]) / light[3])
+    assert bright.figures["bright_bin"] == 7
+    assert number(bright, "share_in_next_bin") == pytest.approx(0.1, abs=0.02)
+
+
 def test_a_lost_pulse_is_doubted_with_both_numbers(tmp_path: Path) -> None:
     bench_file = counter_bench(
         tmp_path, 'driver = "simulated"', LAMP + 'faults = [{ kind = "surplus-edges", edges = 2 }]\n'
@@ -141,6 +159,7 @@ def test_a_lost_pulse_is_doubted_with_both_numbers(tmp_path: Path) -> None:
     with Instrument.from_toml(bench_file, only=("modulator", "counter")) as bench:
         pulses = pulses_edges_reads(bench)["pulses"]
     assert pulses.figures["edges"] == (1003.0,) * 5
+    assert "bins 1000, 1000, 1000, 1000, 1000; edges 1003, 1003, 1003, 1003, 1003; first bin" in pulses.said
     assert pulses.doubts[-1] == "1000 pictures and the guard must give 1000 bins and 1001 edges each time"
 
 
@@ -159,6 +178,7 @@ def test_a_stage_is_measured_near_to_where_it_stands_and_back() -> None:
     assert (number(moved, "longest_error_mm"), number(moved, "spread_at_return_mm")) == (0.0, 0.0)
     stopped = stop(stage, bench.clock)
     assert number(stopped, "of_mm") == 2.0
+    assert number(stopped, "stands_after_s") == pytest.approx(0, abs=1e-9)
     assert number(stopped, "stopped_after_mm") == pytest.approx(1.0, abs=0.01)  # half of the time is half of the way
     assert stopped.doubts == ()
     home = homing(stage, bench.clock)
