@@ -11,7 +11,7 @@ import numpy as np
 from instrument.analysis.causes import numbers_that_end, refuse_endless, refuse_hopeless, refuse_size
 from instrument.analysis.explanations import explained
 from instrument.analysis.find import Found, find_image, find_path
-from instrument.analysis.leaving import follow_out, leaving
+from instrument.analysis.leaving import follow_out, leaving, refuse_entering
 from instrument.analysis.merit import Figures, figures_of
 from instrument.analysis.stage_figures import stage_figures
 from instrument.choices import Background, Grid, Method, Normalise, Tracking
@@ -173,7 +173,10 @@ def analyse(
     wanted = "none" if background == "auto" and recording.background is not None else background
     with numbers_that_end():
         tell("following the object", 0, 3)
-        left = leaving(replace(measurement, normalise=normalise)) if tracking == "joint" and method == "tv" else None
+        left = None
+        if tracking == "joint" and method == "tv":
+            refuse_entering(replace(measurement, normalise=normalise))
+            left = leaving(replace(measurement, normalise=normalise))
         if left is None:
 
             def find(run: Measurement) -> Found:

@@ -1,4 +1,4 @@
-"""An object that leaves the field in the run: seen by light that falls as its own image and path say that it must.
+"""An object that leaves the field in the run, or comes into it: the light changes as its own image and path say that it must.
 
 A lamp that fades looks the same to the total light alone. So the frames before the light falls are looked at first, as a run of
 their own: they give an image and a path, and those say where the object goes. Where its pixels leave the field by as much as
@@ -17,7 +17,7 @@ from instrument.joint import refine
 from instrument.measurement import Finding, Measurement, first_light
 from instrument.reconstruction import reconstruct
 from instrument.tracking import Trajectory
-from protocols import Floats, Mask
+from protocols import Floats, InputError, Mask
 
 _PARTS: Final = 20
 """Parts of a run over one of which the total light is averaged: more than a period of the mains."""
@@ -90,6 +90,48 @@ def leaving(measurement: Measurement) -> Leaving | None:
     if missing.max() < _OUT or off > _AGREE * float(missing.mean()):
         return None
     return Leaving(whole, path, share, last)
+
+
+def refuse_entering(measurement: Measurement) -> None:
+    """Refuse a run in which the object comes into the field: displacement and image are those at frame 0, which did not see it.
+
+    It is told from a lamp that gets brighter as an object that leaves is told from one that fades: by where its own image and
+    path say that it was before.
+
+    Args:
+        measurement: the run; its light model need not be known.
+
+    Raises:
+        InputError: the object is not wholly inside the field until some frame.
+    """
+    scheme = measurement.scheme
+    if scheme.position is None or scheme.position.period_px is None or scheme.image_rows is None:
+        return
+    trend, sigma = _trend(measurement.total, measurement.valid)
+    frames = len(trend)
+    steady = float(np.quantile(trend, 0.8))
+    inside = np.flatnonzero(trend >= steady - max(_FALLEN * steady, _SIGMAS * sigma))
+    part = frames // _PARTS
+    if steady <= 0 or not len(inside) or inside[0] < part or frames - inside[0] - part // 2 < _FEWEST_FRAMES:
+        return
+    first = int(inside[0]) + part // 2
+    whole = first_light(replace(measurement, valid=measurement.valid & (np.arange(frames) >= first)))
+    path = find_path(whole, "smooth", None).trajectory
+    if path is None:
+        return
+    place_px = path.displacement_px - path.displacement_px[first]
+    backwards = going_on(replace(path, displacement_px=place_px[::-1]), frames - first)
+    path = replace(path, displacement_px=backwards.displacement_px[::-1])
+    share = share_inside(reconstruct(whole, path, "tv").at_patterns, path.displacement_px)
+    missing = 1 - share[:first]
+    off = float(np.abs(trend[:first] / steady - share[:first]).mean())
+    if missing.max() >= _OUT and off <= _AGREE * float(missing.mean()):
+        until = int(np.flatnonzero(share < 1 - _OUT)[-1]) + 1
+        raise InputError(
+            saw=f"an object that comes into the field until frame {until} of {frames}",
+            expected="an object that is inside at frame 0, where displacement begins and whose image is shown",
+            remedy="begin the run when it is inside: a later start_mm of [motion], or a longer run-up",
+        )
 
 
 def follow_out(left: Leaving, valid: Mask, background: Background, grid: Grid) -> Found:

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from instrument import Plan, Recording, analyse, simulate
-from instrument.analysis.leaving import going_on, leaving, share_inside
+from instrument.analysis.leaving import going_on, leaving, refuse_entering, share_inside
 from instrument.measurement import Measurement
 from instrument.tracking import as_trajectory
-from protocols import Floats
+from protocols import Floats, InputError
 
 PLAN = Plan(frames=500, image_size=64)
 NOISE = {"kind": "pixel", "sigma": 0.05, "seed": 3}
@@ -76,3 +76,17 @@ def test_a_path_goes_on_along_its_parabola() -> None:
     known = place_px.copy()
     known[70:] = known[69]
     np.testing.assert_allclose(going_on(as_trajectory(known, 100, 3e-4), 70).displacement_px, place_px, atol=1e-9)
+
+
+def test_an_object_that_comes_into_the_field_is_refused_with_the_frame_from_which_on_it_is_inside() -> None:
+    """13 px wide about column -5, it goes 46 px: its left edge passes column -0.5 at (6.5 + 4.5) / 46 of 500 frames."""
+    comes = recorded(start_px=[-5.0, 28.4])
+    assert comes.truth is not None
+    with pytest.raises(InputError, match="an object that comes into the field until frame") as refused:
+        analyse(comes)
+    until = int(str(refused.value).split("until frame ")[1].split()[0])
+    assert abs(until - 500 * 11 / 46) < 25
+
+
+def test_a_lamp_that_gets_brighter_is_no_object_that_comes() -> None:
+    refuse_entering(Measurement.of(recorded(0.4, led_drift_per_s=1.5)))
