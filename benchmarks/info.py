@@ -1,9 +1,9 @@
 """How long ``kinopix info`` takes on a large recording: ``python -m benchmarks.info [--gigabytes 1] [--repeats 7]``.
 
 A recording of that size is written, as a run writes it, and then whole processes are timed in turn: ``kinopix info FILE``, and
-``kinopix --help``, which does nothing else than start. Seconds of wall clock and of the processor are printed, the ratio of both, and the same for a
-recording of one frame, so that what the size costs stands beside what the start costs. Python keeps what it has compiled, as it
-does where Kinopix is installed: in a folder of this benchmark's own, filled by the processes that do not count.
+``kinopix --help``, which does nothing else than start. Seconds of wall clock and of the processor are printed, the ratio of both,
+and the same for a recording of one frame, so that what the size costs stands beside what the start costs. Python keeps what it
+has compiled, as it does where Kinopix is installed: in a folder of this benchmark's own, filled by processes that do not count.
 """
 
 import argparse
