@@ -49,7 +49,10 @@ def log_beside(recording: Path, arguments: Sequence[str] | None) -> None:
     Raises:
         InputError: as ``begin_log``.
     """
-    begin_log(recording.with_suffix(".log"), arguments, verbose=logging.getLogger(_LOGGERS[0]).level == logging.DEBUG)
+    log = recording.with_suffix(".log")
+    if log == recording:  # a recording may be called anything
+        log = recording.with_name(f"{recording.name}.log")
+    begin_log(log, arguments, verbose=logging.getLogger(_LOGGERS[0]).level == logging.DEBUG)
 
 
 def end_log(code: int | None) -> None:

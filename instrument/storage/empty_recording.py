@@ -21,6 +21,7 @@ from protocols import DeviceIdentity
 
 _ROWS_PER_CHUNK = 1024
 _RAW_PER_CHUNK = 8192
+_FLAGS_PER_CHUNK = 8192  # whoever looks at a recording reads them all: chunks of a thousand cost as much as the rest
 _STAGE_ROWS = 64
 _REPORT_BYTES: Final = 1 << 16
 """Room for the timing audit, which lists a thousand patterns of each kind at most."""
@@ -124,7 +125,7 @@ def _add_what_comes_last(entry: Group, truth_size: int | None) -> None:
     what = "time from the start of the modulator (s), reported (mm), commanded (mm), 1 where predicted"
     entry.growing(layout.STAGE_POSITIONS, (STAGE_COLUMNS,), _STAGE_ROWS, long_name=what)
     entry.group("timing", "NXcollection")
-    entry.add_numbers_to_come(layout.FRAME_VALID, _ROWS_PER_CHUNK, np.uint8)
+    entry.add_numbers_to_come(layout.FRAME_VALID, _FLAGS_PER_CHUNK, np.uint8)
     entry.add_text_to_come(layout.TIMING_REPORT, _REPORT_BYTES)
     entry.group("checksum", "NXcollection", algorithm="CRC-32", frames_per_block=FRAMES_A_BLOCK)
     for name in (layout.CHECKSUM_VALUES, layout.CHECKSUM_EDGES):

@@ -5,7 +5,7 @@ from typing import Any, cast
 
 import pytest
 
-from instrument.config import PluginKind, installed_plugins
+from instrument.config import PluginKind, RunTable, StopTable, installed_plugins
 from instrument.plan import MotionPlan, Plan
 
 SIMULATED: list[tuple[PluginKind, str]] = [
@@ -47,14 +47,19 @@ def test_no_number_of_a_simulated_part_is_without_end(kind: PluginKind, name: st
     assert list(unbounded(plugin.load().settings.model_json_schema())) == []
 
 
-@pytest.mark.parametrize("model", [Plan, MotionPlan])
-def test_no_number_of_a_plan_is_without_end(model: type[Plan] | type[MotionPlan]) -> None:
-    fields = {name: field for name, field in model.model_fields.items() if name not in {"scheme", "motion"}}
+@pytest.mark.parametrize("model", [Plan, MotionPlan, StopTable])
+def test_no_number_of_a_plan_is_without_end(model: type[Plan | MotionPlan | StopTable]) -> None:
+    tables = {"scheme", "motion", "run", "stop_if"}
+    fields = {name: field for name, field in model.model_fields.items() if name not in tables}
     numbers = {name: str(field.metadata) + str(field.annotation) for name, field in fields.items()}
     for name, constraints in numbers.items():
         if "Literal" not in constraints and name != "pattern_rate_hz":  # its upper end is a rule with words of its own
             assert "Ge(" in constraints or "Gt(" in constraints, name
             assert "Le(" in constraints or "Lt(" in constraints, name
+
+
+def test_no_text_of_a_plan_is_without_end() -> None:
+    assert all("MaxLen(" in str(field.metadata) for field in RunTable.model_fields.values())
 
 
 def test_all_that_is_simulated_is_looked_at() -> None:

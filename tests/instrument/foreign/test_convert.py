@@ -105,6 +105,7 @@ def test_a_band_of_the_spectrum_is_one_of_its_columns(tmp_path: Path) -> None:
     np.testing.assert_allclose(
         image_of(convert(read_spas(named, (600.0, 700.0)), tmp_path / "red.h5").path), 3 * IMAGE, atol=1e-9
     )
+    np.testing.assert_allclose(read_spas(named, (500.0, 500.0)).values * 3, read_spas(named, (650.5, 650.5)).values)
     with pytest.raises(InputError, match=r"no wavelength from 700 to 800 nm; expected a band within 500 to 650.5 nm"):
         read_spas(named, (700.0, 800.0))
 
@@ -143,6 +144,16 @@ def test_differences_become_pairs_of_the_total_light(tmp_path: Path) -> None:
     assert recording.picture_time_s == 1e-3
     assert "differences only" in done.missing[0]
     assert "1000 us stand for it" in done.missing[1]
+
+
+def test_a_file_of_matlab_is_read_as_well(tmp_path: Path) -> None:
+    """MATLAB has no vectors: a column of 128 values is one of 64 pairs."""
+    scipy_io: Any = pytest.importorskip("scipy.io")
+    light = light_of(hadamard_order(SIZE, "sequency"))
+    scipy_io.savemat(tmp_path / "run.mat", {"light": light[:, None], "note": "by hand"})
+    found = read_array(tmp_path / "run.mat", None, "sequency")
+    np.testing.assert_allclose(found.values.ravel(), light)
+    assert found.missing == ()
 
 
 @pytest.mark.parametrize(
@@ -203,6 +214,16 @@ def test_a_pair_that_does_not_belong_together_or_shows_other_patterns_is_refused
 ) -> None:
     with pytest.raises(InputError, match=saw):
         read_spas(spas_pair(tmp_path, list(range(64)), **changed))
+
+
+def test_long_words_are_cut_where_a_table_has_no_more_room(tmp_path: Path) -> None:
+    path = spas_pair(tmp_path, list(range(64)))
+    tables = json.loads(path.read_text())
+    tables[0] |= {"object": "o" * 300, "experiment_name": "", "filter": "f" * 2000}
+    path.write_text(json.dumps(tables))
+    about = read_spas(path).about
+    assert (about.sample, about.title) == ("o" * 200, "cat_whiteLamp")
+    assert f"filter: {'f' * 1000}\n" in about.notes
 
 
 def test_half_a_pair_is_refused_by_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -128,6 +128,14 @@ def test_blocks_may_be_cut_anywhere(cuts: list[int]) -> None:
     assert stopped.pattern == 25 * 6
 
 
+def test_blocks_of_a_frame_each_have_a_light_to_compare_with() -> None:
+    """Seven frames of the past and the new one are the eight that a light must hold for."""
+    values = frames_of(*[300] * 15, *[3] * 25)
+    stopped = seen(plan_of(light_gone_s=10 * FRAME_S), values, cuts=tuple(range(6, 240, 6)))
+    assert stopped is not None
+    assert stopped.pattern == 25 * 6
+
+
 def test_a_table_without_a_rule_is_none() -> None:
     assert Plan(frames=1, stop_if=StopTable(light_below=0.2)) == Plan(frames=1)
     assert plan_of(light_gone_s=0).stop_if == StopTable(light_gone_s=0)

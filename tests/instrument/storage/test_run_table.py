@@ -109,6 +109,10 @@ def test_an_option_stands_above_the_plan_and_info_shows_it(tmp_path: Path, capsy
     log = out.with_suffix(".log").read_text()
     assert "run: counting" in log
     assert log.count("ended with exit code 0") == 1
+    odd = tmp_path / "odd.log"
+    assert status(["--verbose", *asked[:6], str(odd), "--log"]) == 0
+    assert len(open_recording(odd)) == 40
+    assert "DEBUG kinopix: run: patterns 0 to" in (tmp_path / "odd.log.log").read_text()
     capsys.readouterr()
     assert status(["info", str(out)]) == 0
     said = " ".join(capsys.readouterr().out.replace("│", " ").split())
