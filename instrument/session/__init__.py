@@ -20,7 +20,7 @@ from instrument.session.holding import hold
 from instrument.session.instrument import Instrument
 from instrument.session.opening import open_devices, surroundings
 from instrument.session.probing import Probed, probe_bench
-from instrument.session.run import Run
+from instrument.session.run import Run, Written
 from instrument.session.safety import make_safe
 from instrument.session.simulate import simulate
 from instrument.session.snapshot import ListenerFailure, RunState, Snapshot
@@ -52,6 +52,7 @@ __all__ = [
     "Subscription",
     "TrackingEvent",
     "UploadEvent",
+    "Written",
     "check_recording",
     "count",
     "event_from_json",

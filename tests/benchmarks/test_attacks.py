@@ -11,8 +11,12 @@ from benchmarks.attack_power import power_cut
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="limits of another process (prlimit) are Linux")
 
 
-def test_a_full_disk_ends_the_run_and_costs_no_count() -> None:
-    for row in disk_full(2, seed=1, frames=4000):
+TIMES = [1, pytest.param(2, marks=pytest.mark.thorough)]
+
+
+@pytest.mark.parametrize("times", TIMES)
+def test_a_full_disk_ends_the_run_and_costs_no_count(times: int) -> None:
+    for row in disk_full(times, seed=1, frames=4000):
         assert row.good, row
         assert row.ended_s < 5
 
@@ -24,8 +28,9 @@ def test_a_file_that_is_cut_ends_the_run_with_one_paragraph() -> None:
     assert row.ended_s < 5
 
 
-def test_a_killed_run_lacks_at_most_a_tenth_of_a_second() -> None:
-    for row in killed(2, seed=1):
+@pytest.mark.parametrize("times", TIMES)
+def test_a_killed_run_lacks_at_most_a_tenth_of_a_second(times: int) -> None:
+    for row in killed(times, seed=1):
         assert row.good, row
 
 

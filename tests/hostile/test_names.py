@@ -39,11 +39,12 @@ def inputs(folder: Path) -> list[object]:
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(k, marks=[pytest.mark.thorough] if k % 4 else []) for k in range(len(NAMES))]
+    "numbers", [(0, 4, 8), *(pytest.param((k,), marks=pytest.mark.thorough) for k in range(len(NAMES)))], ids=str
 )
-def test_run_and_analyse_print_a_name_as_it_stands(tmp_path: Path, told: Told, name: int) -> None:
-    folder = tmp_path / NAMES[name]
-    out = folder / f"{NAMES[name]}.h5"  # a name with a slash is a folder and a name
+def test_run_and_analyse_print_a_name_as_it_stands(tmp_path: Path, told: Told, numbers: tuple[int, ...]) -> None:
+    name = " ".join(NAMES[number] for number in numbers)
+    folder = tmp_path / name
+    out = folder / f"{name}.h5"  # a name with a slash is a folder and a name
     out.parent.mkdir(parents=True)
     assert f"frames in {plain(str(out))}" in told("run", *inputs(folder), "--out", out)
     assert out.exists()

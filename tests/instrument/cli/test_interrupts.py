@@ -6,8 +6,10 @@ Every signal is sent by the process itself at a known place, or by a second proc
 that runs as a job in the background has inherited an ignored Ctrl-C, so each process begins by taking it up again.
 """
 
+import json
 import subprocess
 import sys
+from collections.abc import Generator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -53,6 +55,57 @@ def at_import(wanted, act):
 """
 
 COMMAND = 'runpy.run_module("kinopix", run_name="__main__", alter_sys=True)\n'
+
+LOADED = """
+import gc, json, os, sys
+import instrument.calibration, instrument.cli.main, instrument.live, instrument.session, instrument.storage, instrument.views.live
+import sim_backends.devices.counter, sim_backends.devices.modulator, sim_backends.devices.stage
+gc.freeze()  # copies need not look through what they share
+for line in sys.stdin:
+    program, told = json.loads(line)
+    if os.fork() == 0:
+        os.dup2(os.open(told, os.O_WRONLY | os.O_CREAT), 2)
+        os.dup2(os.open(os.devnull, os.O_RDWR), 0)
+        os.dup2(0, 1)
+        exec(compile(program, "attacked", "exec"), globals())
+        break
+    print(os.waitstatus_to_exitcode(os.wait()[1]), flush=True)
+"""
+"""A program that has loaded what the command stands on, and becomes the command in a copy of itself, each time it is asked to."""
+
+
+class Loaded:
+    """That program. A run that is begun in it has nothing left to load, which takes most of the time otherwise."""
+
+    def __init__(self, folder: Path) -> None:
+        (folder / "attacked.py").write_text(LOADED)
+        self._told = folder / "told"
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "attacked"], cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+
+    def ended(self, what: str, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
+        """As ``ended``."""
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        argv = ["kinopix", *map(str, arguments)]
+        self._told.write_text("")
+        self._process.stdin.write(
+            json.dumps([f"{BEGIN}sys.argv = {argv!r}\n{what}\n{COMMAND}", str(self._told)]) + "\n"
+        )
+        self._process.stdin.flush()
+        code = int(self._process.stdout.readline())
+        return subprocess.CompletedProcess(argv, code, "", self._told.read_text())
+
+    def close(self) -> None:
+        self._process.communicate()
+
+
+@pytest.fixture(scope="module")
+def loaded(tmp_path_factory: pytest.TempPathFactory) -> Generator[Loaded]:
+    program = Loaded(tmp_path_factory.mktemp("loaded"))
+    yield program
+    program.close()
 
 
 def ended(what: str, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
@@ -147,17 +200,17 @@ STORMS = ("arming", "counting", "between audit and file", "while the file is clo
         ),
     ],
 )
-def test_ctrl_c_at_any_moment_of_a_run(tmp_path: Path, moment: str, how: str) -> None:
+def test_ctrl_c_at_any_moment_of_a_run(loaded: Loaded, tmp_path: Path, moment: str, how: str) -> None:
     """A storm begins there and goes on, every 2 ms, until the process has gone."""
     out = tmp_path / "run.h5"
     arguments = ("run", "--bench", bench_toml(tmp_path), "--plan", plan_toml(tmp_path, PLAN), "--out", out)
     wait = "" if how == "send" else ", signal.sigtimedwait([signal.SIGUSR1], 0.2)"
     act = f"lambda: ({how}('SIGINT'){wait})"
-    assert_one_paragraph(ended(MOMENTS[moment].replace("ACT", act), *arguments), 130)
+    assert_one_paragraph(loaded.ended(MOMENTS[moment].replace("ACT", act), *arguments), 130)
     assert_valid_or_none(out)
 
 
-def test_an_interrupt_that_is_lost_in_a_destructor_comes_again(tmp_path: Path) -> None:
+def test_an_interrupt_that_is_lost_in_a_destructor_comes_again(loaded: Loaded, tmp_path: Path) -> None:
     """Python can raise nothing out of a destructor: it prints a traceback there, and goes on."""
     out = tmp_path / "run.h5"
     scene = "realtime = true"
@@ -171,7 +224,7 @@ def test_an_interrupt_that_is_lost_in_a_destructor_comes_again(tmp_path: Path) -
         "from instrument.session import Run\n"
         "at(Run, 'wait', lambda: Dying())"
     )
-    assert_one_paragraph(ended(what, *arguments), 130)
+    assert_one_paragraph(loaded.ended(what, *arguments), 130)
 
 
 def test_an_interrupt_in_the_text_of_an_exec_ends_with_the_same_code(tmp_path: Path) -> None:

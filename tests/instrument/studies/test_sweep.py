@@ -93,13 +93,6 @@ def test_other_settings_seeds_and_functions_have_other_keys() -> None:
     assert type(point)("another name", "tiny", tiny.compute, Simulated(), 0).key == point.key
 
 
-def test_a_process_that_dies_takes_its_own_point_alone(tmp_path: Path) -> None:
-    done = sweep(tiny.points(2, "die"), tmp_path, workers=2)
-    assert list(done.failures) == ["tiny, seed 1"]
-    assert "its process ended" in done.failures["tiny, seed 1"]
-    assert [outcome is None for outcome in done.outcomes] == [False, True]
-
-
 SCRIPT = """
 import sys
 from pathlib import Path

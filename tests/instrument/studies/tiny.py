@@ -30,13 +30,6 @@ def refuse(settings: Simulated, seed: int) -> dict[str, Outcome]:
     return compute(settings, seed)
 
 
-def die(settings: Simulated, seed: int) -> dict[str, Outcome]:
-    """End the process for seed 1, as the system does where memory is short."""
-    if seed == 1:
-        os._exit(9)
-    return compute(settings, seed)
-
-
 def hang(settings: Simulated, seed: int) -> dict[str, Outcome]:
     """Go on for longer than any test for seeds from 2 on."""
     outcome = compute(settings, seed)
