@@ -43,7 +43,7 @@ def refuse_hopeless(measurement: Measurement) -> None:
     values = measurement.values[measurement.valid]
     if not len(values):
         raise InputError(
-            saw=f"no frame of {len(measurement)} with a finite value for every pattern",
+            saw=f"no frame of {len(measurement)} with a finite value for every pattern" + _found(measurement),
             expected="frames that were measured whole",
             remedy="look at the recording's values and its timing report, and repeat the run",
         )
@@ -57,6 +57,11 @@ def refuse_hopeless(measurement: Measurement) -> None:
             expected="values that change with the pattern",
             remedy="check that the counter counts the detector's pulses and that the modulator shows the patterns",
         )
+
+
+def _found(measurement: Measurement) -> str:
+    """What the screening of the counts found, in brackets."""
+    return f" ({'; '.join(finding.text for finding in measurement.findings)})" if measurement.findings else ""
 
 
 def _refuse_dark(measurement: Measurement) -> None:

@@ -78,7 +78,10 @@ def _without_lost_frames(measurement: Measurement, found: Found, find: Find) -> 
         moved = replace(moved, findings=(*moved.findings, Finding("shifted patterns", frames, text, f"{text}: {how}")))
         masked = measurement.valid.copy()
         masked[list(frames)] = False
-        again, alike = find(moved), find(replace(measurement, valid=masked))  # of as many values, but for one
+        try:
+            again, alike = find(moved), find(replace(measurement, valid=masked))  # of as many values, but for one
+        except InputError:  # too little is left of the run
+            return found
         if not _squares(alike) - _squares(again) > _BETTER:
             return found
         measurement, found = moved, again
