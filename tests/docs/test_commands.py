@@ -27,6 +27,9 @@ ELSEWHERE: Final = {
 }
 """Words of commands that run in tests of their own."""
 
+AGAIN: Final = {"kinopix analyse run.h5", "kinopix compare still.h5 run.h5 --picture both.png"}
+"""Commands that the tutorials run too."""
+
 TUTORIALS: Final = "docs/tutorials/"
 """They are run word by word by ``test_tutorials.py``."""
 
@@ -104,7 +107,10 @@ def test_every_test_that_runs_a_command_elsewhere_is_there() -> None:
     assert [path for path in ELSEWHERE.values() if not (ROOT / path).is_file()] == []
 
 
-@pytest.mark.parametrize("command", _to_run())
+@pytest.mark.parametrize(
+    "command",
+    [pytest.param(line, marks=pytest.mark.thorough if line in AGAIN else ()) for line in _to_run()],
+)
 def test_the_commands_of_the_pages_run(lab: Path, command: str) -> None:
     """As they stand there, in a folder in which they may stand; several recordings are analysed here, not by new processes."""
     shutil.copy(lab / "analysed.h5", lab / "run.h5")
