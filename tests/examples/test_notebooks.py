@@ -57,9 +57,8 @@ def test_how_sure_is_it() -> None:
     assert 0.5 < names["inside"][1] < 0.95
     assert names["inside"][2] > 0.85
     assert names["holds"] >= 4
-    error_px, stated_px = names["error_px"][-1], names["found"].trajectory.sigma_px[-1]
-    assert (abs(error_px) > 2 * stated_px).all(), "a lamp that nobody told of"
-    assert names["found"].figures.misfit == pytest.approx(1.0, abs=0.1)
+    assert names["outside"] >= 2, "a lamp that nobody told of: one in twenty would be less than one of eight"
+    assert names["found"].figures.misfit < 1.5, "and the misfit does not tell"
 
 
 def test_which_scheme() -> None:
