@@ -8,7 +8,6 @@ the figures; that of pip for the packages is.
 
 import re
 import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -37,36 +36,36 @@ def follow(page: str, folder: Path) -> list[tuple[str, float]]:
     """Do it all in one shell, which begins in ``folder``; give each command with its seconds.
 
     Raises:
-        RuntimeError: a command failed; its output was printed.
+        RuntimeError: a command failed; it is named with what it printed.
     """
-    shell = subprocess.Popen(
-        ["bash"], cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=sys.stderr, text=True
-    )
+    clone, times = folder / "kinopix", list[tuple[str, float]]()
+    with subprocess.Popen(["bash"], cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as shell:
+        for kind, text in commands_of(page):
+            if kind == "write":
+                path = clone / text.split("\n", 1)[0].removeprefix("# ")
+                path.parent.mkdir(exist_ok=True)
+                path.write_text(text, encoding="utf-8")
+                continue
+            begin = time.monotonic()
+            _type(shell, text if kind == "type" else f"python - <<'END'\n{text}\nEND")
+            if kind == "type":
+                times.append((text, time.monotonic() - begin))
+    return times
+
+
+def _type(shell: subprocess.Popen[str], command: str) -> None:
+    """Type a command, and wait until it is done."""
     if shell.stdin is None or shell.stdout is None:
         raise RuntimeError("a shell without pipes")
-    clone, times = folder / "kinopix", list[tuple[str, float]]()
-    for kind, text in commands_of(page):
-        if kind == "write":
-            path = clone / text.split("\n", 1)[0].removeprefix("# ")
-            path.parent.mkdir(exist_ok=True)
-            path.write_text(text, encoding="utf-8")
-            continue
-        typed = text if kind == "type" else f"python - <<'END'\n{text}\nEND"
-        begin = time.monotonic()
-        shell.stdin.write(typed.replace("<this repository>", f"'{ROOT}'") + "\necho; echo done $?\n")
-        shell.stdin.flush()
-        said: list[str] = []
-        for line in shell.stdout:
-            said.append(line)
-            if line.startswith("done "):
-                break
-        if said[-1:] != ["done 0\n"]:
-            raise RuntimeError("".join([f"$ {typed}\n", *said]))
-        if kind == "type":
-            times.append((text, time.monotonic() - begin))
-    shell.stdin.close()
-    shell.wait()
-    return times
+    shell.stdin.write(command.replace("<this repository>", f"'{ROOT}'") + "\ncode=$?\necho\necho done $code\n")
+    shell.stdin.flush()
+    said: list[str] = []
+    for line in shell.stdout:
+        said.append(line)
+        if line.startswith("done "):
+            break
+    if said[-1:] != ["done 0\n"]:
+        raise RuntimeError("".join([f"$ {command}\n", *said]))
 
 
 def main() -> None:

@@ -9,12 +9,13 @@ import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, cast
 
 from docutils import nodes
 from myst_parser.parsers.sphinx_ import MystParser
 from pygments.lexers.special import TextLexer
 from sphinx.application import Sphinx
+from sphinx.environment import BuildEnvironment
 
 ROOT: Final = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
@@ -87,6 +88,15 @@ def told_once(_app: Sphinx, what: str, _name: str, _of: object, _options: object
         lines[0] = lines[0].replace("``: ", "`` \N{EN DASH} ", 1)
 
 
+def list_no_members(_app: Sphinx, env: BuildEnvironment) -> None:
+    """Beside the pages of Python list classes and functions, not their members: each page that is written walks all lists."""
+    for page, contents in cast("dict[str, Any]", env.tocs).items():
+        if page.startswith("docs/reference/api/"):
+            for names in contents[0][1:]:
+                for name in names:
+                    del name[1:]
+
+
 class NotebookParser(MystParser):
     """A notebook as a page: its text, and its cells of code."""
 
@@ -106,5 +116,6 @@ def setup(app: Sphinx) -> None:
     app.add_lexer("rooms", TextLexer)
     app.add_source_suffix(".ipynb", "ipynb")
     app.add_source_parser(NotebookParser)
+    app.connect("env-updated", list_no_members)
     app.connect("source-read", add_contents)
     app.connect("autodoc-process-docstring", told_once, priority=400)  # before napoleon

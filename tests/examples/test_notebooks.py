@@ -52,14 +52,13 @@ def test_an_hour_at_the_bench() -> None:
 
 
 def test_how_sure_is_it() -> None:
-    """Of normal errors 68 and 95 % lie within one and two standard deviations; eight runs scatter by some 15 %."""
+    """Of normal errors 68 and 95 % lie within one and two standard deviations; six runs scatter by some 15 %."""
     names = run("how_sure_is_it")
     assert 0.5 < names["inside"][1] < 0.95
     assert names["inside"][2] > 0.85
-    assert names["holds"] >= 6
-    error_px, stated_px = names["error_px"][-1], names["found"].trajectory.sigma_px[-1]
-    assert (abs(error_px) > 2 * stated_px).all(), "a lamp that nobody told of"
-    assert names["found"].figures.misfit == pytest.approx(1.0, abs=0.1)
+    assert names["holds"] >= 4
+    assert names["outside"] >= 2, "a lamp that nobody told of: one in twenty would be less than one of eight"
+    assert names["found"].figures.misfit < 1.5, "and the misfit does not tell"
 
 
 def test_which_scheme() -> None:

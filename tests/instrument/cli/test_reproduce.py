@@ -18,7 +18,8 @@ def a_tiny_study(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_tables_figures_numbers_and_a_page_are_made(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out, docs = tmp_path / "out", tmp_path / "docs"
-    code = status(["reproduce", "noise", "--seeds", "2", "--workers", "1", "--out", str(out), "--docs", str(docs)])
+    command = ["reproduce", "noise", "--seeds", "2", "--workers", "1", "--out", str(out), "--docs", str(docs)]
+    code = status(command)
     said = capsys.readouterr().out
     assert code == 0
     assert "Tiny. Mean ± deviation of one seed, seeds 0 to 1" in said
@@ -37,6 +38,9 @@ def test_tables_figures_numbers_and_a_page_are_made(tmp_path: Path, capsys: pyte
     assert sorted(path.name for path in docs.iterdir()) == ["README.md", "noise-images.png", "noise.md", "noise.png"]
     assert "1.50 | 1.50 ± 0.71 |" in (docs / "noise.md").read_text()
     assert "- [Tiny](noise.md)" in (docs / "README.md").read_text()
+    (docs / "README.md").write_text("an index of one's own")
+    assert status(command) == 0
+    assert (docs / "README.md").read_text() == "an index of one's own"
 
 
 def test_a_point_that_fails_is_named_after_the_tables(
