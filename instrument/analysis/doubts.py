@@ -70,7 +70,7 @@ def _chance_of_light(measurement: Measurement) -> float:
     variance = measurement.variance[valid][:, used] @ weights[used] ** 2
     total = float(np.median(measurement.total[valid]))
     of_tenth = float(np.sqrt(variance.mean() / max(len(variance) / 10, 1.0)))
-    return _SIGMAS * of_tenth / total if total > 0 and np.isfinite(of_tenth) else 0.0
+    return _SIGMAS * measurement.student_ratio * of_tenth / total if total > 0 and np.isfinite(of_tenth) else 0.0
 
 
 def _stays(trajectory: Trajectory | None, reconstruction: Reconstruction | None) -> bool:

@@ -152,8 +152,10 @@ def _gauss_newton_step(evidence: Evidence, frame: Integers, last: Trajectory) ->
         fits.append(fit)
         own = evidence.axes[axis]
         share = float(np.sum(own.position.slope[:, axis] ** 2) / information.sum())
-        amplitude = 1.0 if own.amplitude is None else _slow_error_ratio(own.amplitude)
-        steps = _slow_step_ratio(evidence.hadamard, axis)
+        amplitude, steps = 1.0, _slow_step_ratio(evidence.hadamard, axis)
+        if own.amplitude is not None:  # which tells already, so that here only what is no chance counts
+            amplitude = _slow_error_ratio(own.amplitude)
+            steps = max(1.0, steps - (2 / len(_in_blocks(own.amplitude))) ** 0.5)
         lost = 1 - _TAKEN_BY_IMAGE * (1 - share)
         inflation.append((1 + share * (amplitude - 1) + (1 - share) * (steps - 1)) / lost)
     place_px = np.stack([fit.values for fit in fits], axis=1)

@@ -126,11 +126,14 @@ def test_errors_faster_than_a_block_leave_the_uncertainty_as_it_is() -> None:
 
 
 def test_what_hadamard_values_still_ask_for_counts_as_far_as_they_tell() -> None:
-    """Each block asks for 50 x 0.5 with an information of 50: a square of 12.5 where noise has 1; their share is 1 of 10."""
+    """Each block asks for 50 x 0.5 with an information of 50: a square of 12.5 where noise has 1; their share is 1 of 10.
+
+    Beside an amplitude, the scatter of eight squares, the root of 2 / 8, is taken for chance.
+    """
     ratio = _variance(BLOCK_SIGN, left=0.5) / _variance(QUICK, left=0.5)
-    steps, amplitude = 0.1 * (12.5 - 1), 0.9 * (50 * 8 / 7 - 1)
+    steps, amplitude = 0.1 * (12 - 1), 0.9 * (50 * 8 / 7 - 1)
     assert ratio == pytest.approx((1 + amplitude + steps) / (1 + steps))
-    assert _variance(None, left=0.5) == pytest.approx(_variance(QUICK, left=0.5))
+    assert _variance(None, left=0.5) / _variance(QUICK, left=0.5) == pytest.approx((1 + 0.1 * (12.5 - 1)) / (1 + steps))
 
 
 def test_what_asks_for_less_than_noise_would_makes_nothing_surer() -> None:
