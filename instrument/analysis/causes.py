@@ -113,13 +113,14 @@ def _refuse_flat(measurement: Measurement) -> None:
     if rows is None or not measurement.valid[:_FIRST].all():
         return  # an object shows in the first patterns, which are the coarsest
     pair = [rows.positive, rows.negative]
-    values, variance = measurement.values[measurement.valid][:, pair], measurement.variance[measurement.valid][:, pair]
-    squares = np.diff(values, axis=1)[:, 0] ** 2 / variance.sum(axis=1)
+    values = measurement.values[measurement.valid][:, pair]
+    variance = np.maximum(measurement.variance[measurement.valid][:, pair].sum(axis=1), _SMALLEST)
+    squares = np.diff(values, axis=1)[:, 0] ** 2 / variance
     count = len(squares)
     chance = _CERTAIN * float(np.sqrt(2 * count))
     total = float(measurement.total[measurement.valid].mean())
     # Of an object, the first pattern, which is all on, has that square alone, and the coarse ones together as much again.
-    of_object = 2 * total**2 / float(variance.sum(axis=1).mean())
+    of_object = 2 * total**2 / float(variance.mean())
     if float(squares.sum()) < count + chance and of_object > 2 * chance:
         raise InputError(
             saw=f"light of {total:.4g} a frame that is the same for every pattern and its complement: no object in it",
