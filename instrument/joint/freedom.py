@@ -61,6 +61,7 @@ def freedom_of(picture: Picture) -> Freedom:
         (values + _PROBE * signs).astype(np.float32),
         strength=picture.strength,
         finer=problem.finer,
+        reweightings=1,
         tolerance=0.03,
         iterations=int(np.clip(_PRODUCTS // count, *_ITERATIONS)),
         start=state,
