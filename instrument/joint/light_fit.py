@@ -27,6 +27,9 @@ _BLOCKS = 16  # parts of a run whose frames may deviate alike
 _SIGNIFICANT = 3.0  # standard deviations from which on a number is taken
 _KNOWN = 0.015  # standard deviation above which a run says too little: image and light could then mislead each other
 _MOST_LEAK = 0.4  # a larger one is no leak but a wrong order of the patterns
+_MOST_EDGE_LOSS = (
+    0.2  # a larger one, at each of four sides, leaves no mirror: it is a background that was not seen as one
+)
 _OFFSET_PRIOR = (
     0.003  # standard deviation of an offset beyond the prediction before the run says anything, over the total light
 )
@@ -67,7 +70,7 @@ def fit_light(problem: Problem, prediction: Prediction, light: LightModel, super
     if free["leak"]:
         fitted["leak"] = _taken(leak, sigma[0], _MOST_LEAK)
     if free["edge_loss"]:
-        fitted["edge_loss"] = _taken(edge_loss, superpixel * sigma[1], 1.0)
+        fitted["edge_loss"] = _taken(edge_loss, superpixel * sigma[1], _MOST_EDGE_LOSS)
     refused = {name for name, parameter in fitted.items() if parameter.source != "fitted"}
     if refused:  # the offsets are to be those of a model without them
         found, covariance = regression.solved(**{name: asked and name not in refused for name, asked in free.items()})
