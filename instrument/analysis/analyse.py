@@ -169,7 +169,7 @@ def analyse(
     if isinstance(recording, Recording):  # pyright: ignore[reportUnnecessaryIsInstance] - a script may pass a path
         refuse_size(recording)
     measurement = Measurement.of(recording)
-    refuse_hopeless(measurement)
+    refuse_hopeless(measurement, recording if isinstance(recording, Recording) else None)  # pyright: ignore[reportUnnecessaryIsInstance]
     wanted = "none" if background == "auto" and recording.background is not None else background
     with numbers_that_end():
         tell("following the object", 0, 3)

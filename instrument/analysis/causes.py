@@ -15,6 +15,7 @@ from protocols import Floats, InputError
 _LARGEST: Final = 1e15  # beyond, whole counts are not whole any more in double precision
 _SMALLEST: Final = 1e-12
 _CERTAIN: Final = 5.0  # standard errors
+_FIRST: Final = 4  # frames
 _FEWEST_PHOTONS: Final = 6.0  # a frame
 
 
@@ -34,8 +35,12 @@ def refuse_size(recording: Recording) -> None:
         )
 
 
-def refuse_hopeless(measurement: Measurement) -> None:
+def refuse_hopeless(measurement: Measurement, recording: Recording | None = None) -> None:
     """Refuse values in which nothing can be found.
+
+    Args:
+        measurement: the light.
+        recording: what it is of, which may know where the object was.
 
     Raises:
         InputError: no whole frame, no light, too few photons, or values without variation.
@@ -47,7 +52,8 @@ def refuse_hopeless(measurement: Measurement) -> None:
             expected="frames that were measured whole",
             remedy="look at the recording's values and its timing report, and repeat the run",
         )
-    _refuse_dark(measurement)
+    _refuse_dark(measurement, _out_of_field(recording))
+    _refuse_flat(measurement)
     largest = float(np.abs(values).max(initial=0.0))
     # A scheme that only tracks shows the same patterns in every frame: of an object at rest all its frames are alike.
     same = np.ptp(values) if measurement.scheme.image_rows is None else np.ptp(values, axis=0).max()
@@ -64,7 +70,25 @@ def _found(measurement: Measurement) -> str:
     return f" ({'; '.join(finding.text for finding in measurement.findings)})" if measurement.findings else ""
 
 
-def _refuse_dark(measurement: Measurement) -> None:
+def _out_of_field(recording: Recording | None) -> str:
+    """Say where the object was by stage and calibration, if it was never in the field; else where the stage was, if told."""
+    if recording is None or recording.plan.motion is None:
+        return ""
+    motion, plan = recording.plan.motion, recording.plan
+    ends_mm = motion.positions_mm(plan.run_time_s, [0.0, plan.run_time_s])
+    known = None if recording.calibration is None else recording.calibration.displacement
+    if known is not None and known.object_box_px is not None and known.object_at_mm is not None:
+        scale = np.array([known.px_per_mm_x, known.px_per_mm_y])
+        box = np.array(known.object_box_px).reshape(2, 2)
+        boxes = [box + (place_mm - known.object_at_mm) * scale for place_mm in ends_mm]
+        low, high = np.minimum(boxes[0][0], boxes[1][0]), np.maximum(boxes[0][1], boxes[1][1])
+        beyond_px = float(np.maximum(-0.5 - high, low - (plan.image_size - 0.5)).max())
+        if beyond_px > 0:
+            return f"the object was never in the field, by the calibration {beyond_px:.0f} px away from it"
+    return f"no object in the light while the stage went from {ends_mm[0]:.4g} to {ends_mm[1]:.4g} mm"
+
+
+def _refuse_dark(measurement: Measurement, where: str) -> None:
     """Refuse a run whose light is not significantly above 0, and one of too few photons to tell where they come from."""
     total = measurement.total[measurement.valid]
     weights = measurement.scheme.light_weights
@@ -75,7 +99,8 @@ def _refuse_dark(measurement: Measurement) -> None:
     unit = "counts" if measurement.photon_counts else "in the detector's unit"
     if np.isfinite(error) and mean < _CERTAIN * error:
         raise InputError(
-            saw=f"no object in the light: {mean:.3g} {unit} a frame on average, with a standard error of {error:.2g}",
+            saw=f"{where or 'no object in the light'}: {mean:.3g} {unit} a frame on average, with a standard error "
+            f"of {error:.2g}",
             expected="light well above the noise",
             remedy="check that the object was ever in the field, the stage's start and travel, light source and shutter",
         )
@@ -84,6 +109,29 @@ def _refuse_dark(measurement: Measurement) -> None:
             saw=f"{mean:.2g} photons of the all-on light a frame",
             expected=f"{_FEWEST_PHOTONS:g} or more: from fewer nobody can tell where an object is",
             remedy="raise the light, or the time of a picture (a lower pattern_rate_hz)",
+        )
+
+
+def _refuse_flat(measurement: Measurement) -> None:
+    """Refuse light that is the same for every pattern: no object stands in it."""
+    rows = measurement.scheme.image_rows
+    if rows is None or not measurement.valid[:_FIRST].all():
+        return  # an object shows in the first patterns, which are the coarsest
+    pair = [rows.positive, rows.negative]
+    values = measurement.values[measurement.valid][:, pair]
+    variance = np.maximum(measurement.variance[measurement.valid][:, pair].sum(axis=1), _SMALLEST)
+    squares = np.diff(values, axis=1)[:, 0] ** 2 / variance
+    count = len(squares)
+    chance = _CERTAIN * float(np.sqrt(2 * count))
+    total = float(measurement.total[measurement.valid].mean())
+    # Of an object, the first pattern, which is all on, has that square alone, and the coarse ones together as much again.
+    of_object = 2 * total**2 / float(variance.mean())
+    if float(squares.sum()) < count + chance and of_object > 2 * chance:
+        raise InputError(
+            saw=f"light of {total:.4g} a frame that is the same for every pattern and its complement: no object in it",
+            expected="an object that the patterns cut out of the light",
+            remedy="look for ambient light on the detector, check that the object is in the field and that the modulator "
+            "shows the patterns",
         )
 
 

@@ -31,6 +31,9 @@ _FALLEN: Final = 0.015
 _SIGMAS: Final = 4.0
 """Standard deviations of a mean by which it must be."""
 
+_DRIFTS: Final = 0.05
+"""Share by which the light may fall before an object leaves."""
+
 _OUT: Final = 0.02
 """Share of the object that must leave."""
 
@@ -77,6 +80,8 @@ def leaving(measurement: Measurement) -> Leaving | None:
     last = int(np.flatnonzero(trend >= lowest)[-1]) - part // 2
     if steady <= 0 or last < _FEWEST_FRAMES or last > len(trend) - part:
         return None
+    if float(trend[:last].max()) > steady + max(_DRIFTS * steady, _SIGMAS * sigma):
+        return None  # it fell from the beginning on, as that of a lamp
     before = np.arange(len(trend)) < last
     whole = first_light(replace(measurement, valid=measurement.valid & before))
     found = find_path(whole, "smooth", None)
@@ -154,8 +159,24 @@ def follow_out(left: Leaving, valid: Mask, background: Background, grid: Grid) -
         found = Found(both.measurement, both.trajectory, both.image, inside.refinements + both.refinements)
     if found.trajectory is None:
         return found
-    placed = placed_at(found.measurement, found.trajectory, found.reconstruction)
+    placed = placed_at(
+        found.measurement, known_where_seen(found.trajectory, found.measurement.valid), found.reconstruction
+    )
     return _told(replace(found, trajectory=placed), left)
+
+
+def known_where_seen(trajectory: Trajectory, seen: Mask) -> Trajectory:
+    """Say that nothing is known of a path after the last frame in which the object was seen: it may do anything out there."""
+    end = int(np.flatnonzero(seen)[-1]) + 1
+    sigma_px = trajectory.sigma_px.copy()
+    sigma_px[end:] = np.inf
+    covariance = trajectory.covariance
+    if covariance is not None:
+        count = int(np.count_nonzero(covariance.frame < end))
+        covariance = replace(
+            covariance, frame=covariance.frame[:count], covariance_px2=covariance.covariance_px2[:, :count, :count]
+        )
+    return replace(trajectory, sigma_px=sigma_px, covariance=covariance)
 
 
 def going_on(trajectory: Trajectory, end_frame: int) -> Trajectory:

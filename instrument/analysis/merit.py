@@ -5,6 +5,7 @@ from typing import Any, Final
 import numpy as np
 from pydantic import NonNegativeFloat, NonNegativeInt
 
+from instrument.analysis.doubts import doubts_of, entangled
 from instrument.analysis.stage_figures import StageFigures
 from instrument.measurement import LightModel, Measurement, Parameter
 from instrument.numerics import displacement_mse, offset_free_mse, psnr, ssim_global, ssim_local
@@ -12,18 +13,8 @@ from instrument.reconstruction import Reconstruction
 from instrument.tracking import MotionFit, Quantity, Trajectory
 from protocols import Floats, Frozen, Truth
 
-_LIGHT_CHANGE: Final = 0.05
-"""Relative change of the total light above which the figures warn."""
-
 _EXACT_DB: Final = 300.0
 """PSNR that is stated for an image without any error: about what the digits of double precision allow."""
-
-_MISFIT: Final = 1.5
-"""Misfit above which the figures warn."""
-
-
-_OVERFIT: Final = 0.6
-"""Misfit below which motion and image have about as many unknowns as there are values."""
 
 
 class Figures(Frozen):
@@ -227,9 +218,11 @@ def figures_of(
     """
     light_change = measurement.light_change()
     of_path, of_image = _path_figures(trajectory, truth), _image_figures(reconstruction, truth, measurement)
-    misfit = of_image.get("misfit")
-    leaves = any(finding.kind == "leaves the field" for finding in measurement.findings)
-    if misfit is not None and misfit < _OVERFIT:
+    used = int(np.count_nonzero(measurement.valid))
+    if trajectory is not None and used < 2:
+        of_path |= {"travel_px": None, "sigma_px": None, "motion_px": None, "motion_mm": None}
+    joint = trajectory is not None and trajectory.method == "joint"
+    if joint and reconstruction is not None and entangled(reconstruction, used):
         of_path |= {"sigma_px": None, "motion_px": None, "motion_mm": None}
     return Figures(
         frames=len(measurement),
@@ -241,8 +234,7 @@ def figures_of(
         stage=stage,
         doubts=(
             *(finding.sentence for finding in measurement.findings),
-            *_doubts(0.0 if leaves else light_change, misfit),
-            *_moment_doubts(measurement),
+            *doubts_of(measurement, trajectory, reconstruction),
             *(() if stage is None else stage.sentences()),
         ),
         **{"travel_px": None, "sigma_px": None, "misfit": None, **of_path, **of_image},
@@ -301,37 +293,3 @@ def _image_figures(
         figures["ssim_global"] = ssim_global(image, truth.image, fit_gain=fit_gain)
         figures["ssim_local"] = ssim_local(image, truth.image, fit_gain=fit_gain)
     return figures
-
-
-def _moment_doubts(measurement: Measurement) -> tuple[str, ...]:
-    """Say what no run of moments can tell: whose light its centroid is of. The noise alone is in their uncertainty."""
-    position = measurement.scheme.position
-    if position is None or position.period_px is not None or measurement.background_known:
-        return ()
-    why = (
-        "moments take all light for the object's: a background or ambient light makes displacement and speed too small by its "
-        "share of the light, which the stated intervals do not cover; record a background and give it with --background, "
-        "or use a scheme of fringes"
-    )
-    return (why,)
-
-
-def _doubts(light_change: float, misfit: float | None) -> tuple[str, ...]:
-    """Write a sentence for each figure that is a reason for doubt."""
-    found: list[str] = []
-    if light_change > _LIGHT_CHANGE:
-        found.append(
-            f"the field's total light changed by {100 * light_change:.0f} % in the run: a lamp that drifts is allowed "
-            "for, an object that leaves the field is not: keep it inside, or record fewer frames"
-        )
-    if misfit is not None and misfit < _OVERFIT:
-        found.append(
-            f"too few frames to judge the result: motion and image explain their noise too ({misfit:.1f} times the noise is "
-            "left), so that no uncertainty is stated; record more frames"
-        )
-    if misfit is not None and misfit > _MISFIT:
-        found.append(
-            f"motion and image leave {misfit:.1f} times the noise unexplained: doubt both; look for an object that "
-            "leaves the field or turns, or counts beyond the linear limit"
-        )
-    return tuple(found)

@@ -13,6 +13,8 @@ from protocols import Floats, Frozen
 _SURE: Final = 2.0  # half-widths of the 95 % interval beyond which a ratio is not 1
 _LEAST: Final = 0.01  # relative difference of travels that is told
 _SETTLED_MM: Final = 0.02  # from its target at which a stage has arrived
+_MOVED_MM: Final = 0.5  # travel of a stage that every bench sees
+_RESTS_PX: Final = 1.0  # displacement below which what is seen stands still
 _MOVING: Final = 0.1  # of the velocity, above which a position tells a lag
 _AWAY_DEG: Final = 20.0  # from the calibrated axis at which the picture may lie otherwise
 _FEWEST_PX: Final = 4.0  # of travel below which a direction says nothing
@@ -41,11 +43,20 @@ class StageFigures(Frozen):
     """How the picture may lie against that of the calibration, so that the image would move as it did; none where it lies alike,
     or no way explains the direction."""
 
+    at_rest_within_px: float | None = None
+    """How far at most what is seen moved, by its interval, where that is nothing though the stage was sent; else None."""
+
     def sentences(self) -> tuple[str, ...]:
         """Say what is not as it should be."""
         found: list[str] = []
         ratio = self.travel_ratio
-        if self.away_deg is not None and abs(self.away_deg) > _AWAY_DEG:
+        if self.at_rest_within_px is not None:
+            found.append(
+                f"the stage was sent over {abs(self.commanded_mm):.3g} mm, and what is seen stands still, within "
+                f"{self.at_rest_within_px:.2g} px: a background without the object, an object that is far from the field or "
+                "does not ride on the stage, or a stage that did not move; look at the object and at where the stage starts"
+            )
+        elif self.away_deg is not None and abs(self.away_deg) > _AWAY_DEG:
             sense = "clockwise" if self.away_deg > 0 else "counter-clockwise"
             turned = f"the image moved {abs(self.away_deg):.0f} degrees {sense}"
             found.append(
@@ -117,6 +128,7 @@ def stage_figures(recording: Recording, trajectory: Trajectory) -> StageFigures 
         end_error_mm=_end_error_mm(recording, motion),
         away_deg=away_deg,
         lies=lies,
+        at_rest_within_px=_at_rest_within_px(trajectory, commanded_mm),
     )
 
 
@@ -141,6 +153,15 @@ def _direction(trajectory: Trajectory, commanded_mm: float) -> tuple[float | Non
 
 def _within_half_a_turn(angle_deg: float) -> float:
     return (angle_deg + 180) % 360 - 180
+
+
+def _at_rest_within_px(trajectory: Trajectory, commanded_mm: float) -> float | None:
+    """Upper end of the 95 % interval of the largest displacement, where that is less than any that a bench would measure."""
+    known = trajectory.sigma_px < np.inf
+    if abs(commanded_mm) < _MOVED_MM or not known.all():
+        return None
+    farthest_px = float(np.max(np.abs(trajectory.displacement_px) + _SURE * trajectory.sigma_px))
+    return farthest_px if farthest_px < _RESTS_PX else None
 
 
 def _lag_s(recording: Recording, motion: MotionPlan) -> float | None:

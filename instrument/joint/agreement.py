@@ -27,4 +27,4 @@ def position_misfit(measurement: Measurement, trajectory: Trajectory) -> float:
         *problem.hadamard(), strength=USUAL, finer=problem.finer, tolerance=0.03, iterations=40, reweightings=0
     )
     prediction = Predictor.of(problem).predict(problem, state.image, None)
-    return evidence_of(problem, prediction, np.zeros(prediction.values.shape[1])).misfit
+    return evidence_of(problem, prediction, np.zeros(len(prediction.values.T))).misfit

@@ -48,6 +48,9 @@ class AxisView:
     position: View
     """The combination of their values that a motion along the axis changes."""
 
+    by_offset: Floats
+    """``(rows, k)``: derivative of that combination by the offset of each of all position values."""
+
     amplitude: Floats | None
     """``(rows,)``: residual of the combination at right angles to it, which no motion changes, in units of its noise; None where
     the axis has one pattern only."""
@@ -127,7 +130,10 @@ def _axis_view(directions: Directions, prediction: Prediction, residual: Floats)
     own = residual[:, directions.columns]
     slope = np.einsum("rk,rka->ra", directions.along, prediction.slopes[:, directions.columns])
     position = View(np.sum(directions.along * own, axis=1), slope)
-    return AxisView(position, None if directions.across is None else np.sum(directions.across * own, axis=1))
+    by_offset = np.zeros_like(residual)
+    by_offset[:, directions.columns] = prediction.total[:, None] * directions.along
+    amplitude = None if directions.across is None else np.sum(directions.across * own, axis=1)
+    return AxisView(position, by_offset, amplitude)
 
 
 def _radial_direction(reading: PositionReading, axis: int, predicted: Floats, total: Floats) -> Floats | None:

@@ -27,6 +27,9 @@ _BLOCKS = 16  # parts of a run whose frames may deviate alike
 _SIGNIFICANT = 3.0  # standard deviations from which on a number is taken
 _KNOWN = 0.015  # standard deviation above which a run says too little: image and light could then mislead each other
 _MOST_LEAK = 0.4  # a larger one is no leak but a wrong order of the patterns
+_MOST_EDGE_LOSS = (
+    0.2  # a larger one, at each of four sides, leaves no mirror: it is a background that was not seen as one
+)
 _OFFSET_PRIOR = (
     0.003  # standard deviation of an offset beyond the prediction before the run says anything, over the total light
 )
@@ -44,8 +47,8 @@ class LightFit:
     offset: Floats
     """``(k,)``: share of the total light that each position value has beyond the prediction."""
 
-    offset_sigma: Floats
-    """``(k,)``: its standard deviation."""
+    offset_covariance: Floats
+    """``(k, k)``: its covariance."""
 
 
 def fit_light(problem: Problem, prediction: Prediction, light: LightModel, superpixel: int) -> LightFit:
@@ -67,12 +70,12 @@ def fit_light(problem: Problem, prediction: Prediction, light: LightModel, super
     if free["leak"]:
         fitted["leak"] = _taken(leak, sigma[0], _MOST_LEAK)
     if free["edge_loss"]:
-        fitted["edge_loss"] = _taken(edge_loss, superpixel * sigma[1], 1.0)
+        fitted["edge_loss"] = _taken(edge_loss, superpixel * sigma[1], _MOST_EDGE_LOSS)
     refused = {name for name, parameter in fitted.items() if parameter.source != "fitted"}
     if refused:  # the offsets are to be those of a model without them
         found, covariance = regression.solved(**{name: asked and name not in refused for name, asked in free.items()})
-    offset, offset_sigma = regression.offsets(found, covariance)
-    return LightFit(light.model_copy(update=fitted), offset, offset_sigma)
+    offset, offset_covariance = regression.offsets(found, covariance)
+    return LightFit(light.model_copy(update=fitted), offset, offset_covariance)
 
 
 def _taken(value: float, sigma: float, most: float) -> Parameter:
@@ -174,12 +177,11 @@ class _Regression:
         return np.asarray(found, np.float64), np.asarray(widened, np.float64)
 
     def offsets(self, found: Floats, covariance: Floats) -> tuple[Floats, Floats]:
-        """Give the offsets ``(k,)`` of the position values, and their standard deviations."""
+        """Give the offsets ``(k,)`` of the position values, and their covariance ``(k, k)``."""
         if not self.parts:
-            return np.zeros(1), np.zeros(1)
+            return np.zeros(1), np.zeros((1, 1))
         both = np.sum(self.parts, axis=0)
-        variance = np.einsum("uk,uv,vk->k", both, covariance, both)
-        return found @ both, np.asarray(np.sqrt(variance), np.float64)
+        return found @ both, np.asarray(both.T @ covariance @ both, np.float64)
 
 
 def _leaks(scheme: Scheme, prediction: Prediction, frame: Integers) -> tuple[Floats, Floats]:

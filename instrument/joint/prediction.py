@@ -110,18 +110,21 @@ def _steady_total(values: ImageValues) -> Floats:
 def _predicted_variance(values: ImageValues, predicted: Floats) -> Floats:
     """Give the variance that the position values, ``(rows, k)``, have if they are as predicted.
 
-    Photon counts get it from the regression of the measured values' variances on these values. Weighting each count by its own
+    Photon counts get it from the regression of the measured values' variances on these values, each divided by that of its pair,
+    which is larger where the lamp was darker and its light was scaled up. Weighting each count by its own
     variance would favour low counts, which where there are few of them biases the motion by more than its noise.
     """
     measured, variance = values.fixed, values.fixed_variance
     if not values.photon_counts:
         return variance
+    darker: Floats = (values.difference_variance / float(np.median(values.difference_variance)))[:, None]
+    of_lamp = variance / darker
     mean = float(measured.mean())
     deviation: Floats = measured - mean
-    slope = float(np.vdot(deviation, variance) / (np.vdot(deviation, deviation) + _TINY))
-    mean_variance = float(variance.mean())
+    slope = float(np.vdot(deviation, of_lamp) / (np.vdot(deviation, deviation) + _TINY))
+    mean_variance = float(of_lamp.mean())
     regression: Floats = mean_variance + slope * (predicted - mean)
-    return np.maximum(regression, mean_variance * _LEAST_VARIANCE)
+    return np.maximum(regression, mean_variance * _LEAST_VARIANCE) * darker
 
 
 def _differences(problem: Problem, image: Singles) -> tuple[Floats, Floats]:

@@ -1,12 +1,13 @@
 """Joint refinement of path and image: each is estimated in turn with the other held, until the path stands still."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from instrument.choices import Background
 from instrument.joint.background import background_of
 from instrument.joint.detail import Picture, in_detail
+from instrument.joint.freedom import freedom_of
 from instrument.joint.grid import grid_of
 from instrument.joint.iterate import Iterate
 from instrument.joint.lost_frame import LostFrame, lost_frame
@@ -115,6 +116,8 @@ def refine(
         )  # smaller pixels should explain more, not less
     problem = best.iterate.problem
     image = Reconstruction.of(problem, solution_of(problem, best.state), "tv")
+    freedom = freedom_of(best)
+    image = replace(image, misfit=freedom.misfit, unknowns=freedom.unknowns)
     return Refined(
         best.iterate.trajectory,
         image,

@@ -5,6 +5,7 @@ from typing import Final
 
 import numpy as np
 
+from instrument.joint.doubtful import of_offsets, of_uneven_light, widened
 from instrument.joint.evidence import Evidence, View, evidence_of
 from instrument.joint.iterate import Iterate
 from instrument.joint.light_fit import fit_light
@@ -12,7 +13,7 @@ from instrument.joint.prediction import Predictor
 from instrument.numerics import Smooth, TvState, smooth, total_variation
 from instrument.reconstruction import METHODS
 from instrument.tracking import PathCovariance, Trajectory
-from protocols import Floats, Integers
+from protocols import Floats, Integers, Singles
 
 USUAL: Final = METHODS["tv"].strength or 0.0
 """Strength of the smoothing that suits most objects."""
@@ -27,6 +28,10 @@ _BLOCK_FRAMES = (
 )
 _BLOCKS = (8, 32)  # fewest and most blocks in a run
 _STANDS_STILL = 0.2  # change of the path over its uncertainty, both rms, below which it is taken as found
+_OF_STILL = 4.0  # variance of the offsets over that of the fit where an image of what stands still is found too
+_TAKEN_BY_IMAGE = 0.2
+"""Share of what the Hadamard values say of a slow motion that goes into the image instead: it bends as the path does. Measured
+for letter, plane and bars, as the share of such a motion's values that the solver's image follows: 0.1 to 0.25."""
 _TINY = 1e-12
 
 
@@ -72,6 +77,7 @@ def refined(
         return Refinement(given)
     current, misfit_given, misfit, penalty, position_misfit = given, np.inf, np.inf, np.inf, np.nan
     predictor = Predictor.of(given.problem)
+    beside_px2, image = np.zeros((len(given.trajectory), 2)), np.zeros((1, 1), np.float32)
     superpixel = given.measurement.plan.superpixel
     for refinements in range(1, _MOST_REFINEMENTS + 1):
         if refinements > 1 or state is None:
@@ -86,23 +92,39 @@ def refined(
             )
         misfit, penalty = state.misfit, state.penalty
         misfit_given = misfit if refinements == 1 else misfit_given
+        image = state.image
         predictor = predictor.of_field(current.problem)
         still = state.images[1] if current.problem.still else None
         current = current.seen_as(state.image, still)
         prediction = predictor.predict(current.problem, state.image, still)
         light = current.measurement.light
-        offset = np.zeros(prediction.values.shape[1])
+        count = prediction.values.shape[1]
+        offset, uncertain = np.zeros(count), np.zeros((count, count))
         if fitted:
             fit = fit_light(current.problem, prediction, light, superpixel)
-            current, offset = current.lit_by(fit.light), fit.offset
+            current, offset, uncertain = current.lit_by(fit.light), fit.offset, fit.offset_covariance
         evidence = evidence_of(current.problem, prediction, offset)
         position_misfit = evidence.misfit
         trajectory = _gauss_newton_step(evidence, current.problem.values.frame, current.trajectory)
         change_px = trajectory.displacement_px - current.trajectory.displacement_px
         current = current.along(trajectory)
+        if current.problem.still:  # what stands still gives the position values offsets, which its image hardly tells
+            beside_px2 = of_offsets(evidence, _OF_STILL * uncertain, current.problem.values.frame, len(trajectory))
         if np.mean(change_px**2) < _STANDS_STILL**2 * np.mean(trajectory.sigma_px**2):
             break
+    beside_px2 = beside_px2 + _of_uneven_light(current, image)
+    sure = widened(current.trajectory, beside_px2, current.measurement.student_ratio)
+    current = replace(current, trajectory=sure)
     return Refinement(current, misfit_given, misfit, penalty, position_misfit, state)
+
+
+def _of_uneven_light(current: Iterate, image: Singles) -> Floats:
+    """``(frames, 2)``: variance by light of which nobody knows whether the lamp or the field changes it."""
+    measurement, problem = current.measurement, current.problem
+    if problem.profile is not None or not problem.steady:
+        return np.zeros((len(measurement), 2))
+    total = np.where(measurement.valid, measurement.total, np.nan)
+    return of_uneven_light(total, current.trajectory, image, problem.field.grid)
 
 
 def _gauss_newton_step(evidence: Evidence, frame: Integers, last: Trajectory) -> Trajectory:
@@ -137,10 +159,12 @@ def _gauss_newton_step(evidence: Evidence, frame: Integers, last: Trajectory) ->
         fits.append(fit)
         own = evidence.axes[axis]
         share = float(np.sum(own.position.slope[:, axis] ** 2) / information.sum())
-        if own.amplitude is not None:
-            inflation.append(1 + share * (_slow_error_ratio(own.amplitude) - 1))
-        else:
-            inflation.append(1 + (1 - share) * (_slow_step_ratio(evidence.hadamard, axis) - 1))
+        amplitude, steps = 1.0, _slow_step_ratio(evidence.hadamard, axis)
+        if own.amplitude is not None:  # which tells already, so that here only what is no chance counts
+            amplitude = _slow_error_ratio(own.amplitude)
+            steps = max(1.0, steps - (2 / len(_in_blocks(own.amplitude))) ** 0.5)
+        lost = 1 - _TAKEN_BY_IMAGE * (1 - share)
+        inflation.append((1 + share * (amplitude - 1) + (1 - share) * (steps - 1)) / lost)
     place_px = np.stack([fit.values for fit in fits], axis=1)
     variance_px2 = np.stack([fit.variance_to_first for fit in fits], axis=1) * np.array(inflation)
     sigma_px = np.sqrt(variance_px2)

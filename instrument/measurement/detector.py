@@ -115,7 +115,7 @@ def light_of(recording: Recording, light_weights: Floats) -> tuple[Floats, Float
     return light, variance
 
 
-def noise_variance(values: Floats, light_weights: Floats, valid: Mask) -> float:
+def noise_variance(values: Floats, light_weights: Floats, valid: Mask, brightness: Floats | None = None) -> float:
     """Estimate the variance of one value from the differences of the total light between successive frames.
 
     Their median absolute deviation is used, so that outliers do not count. A difference has twice the variance of the total
@@ -125,12 +125,17 @@ def noise_variance(values: Floats, light_weights: Floats, valid: Mask) -> float:
         values: ``(frames, patterns_per_frame)``.
         light_weights: ``(patterns_per_frame,)`` weights of the values in the total light.
         valid: ``(frames,)`` whether the frame is used.
+        brightness: ``(frames,)`` by what the values were divided, so that the noise of dark frames is enlarged; None for 1.
 
     Returns:
-        The variance in the squared unit of the values; infinite where there are fewer than three frames.
+        The variance, before that division, in the squared unit of the values; infinite where there are fewer than three frames.
     """
     total = values[valid] @ light_weights
-    differences = np.diff(total[np.isfinite(total)])
+    known = np.isfinite(total)
+    differences = np.diff(total[known])
+    if brightness is not None:
+        enlarged = brightness[valid][known] ** -2.0
+        differences = differences / np.sqrt((enlarged[1:] + enlarged[:-1]) / 2)
     if len(differences) < 2:
         return float("inf")
     return float(_GAUSSIAN_MAD * np.median(np.abs(differences))) ** 2 / (2 * float(light_weights @ light_weights))

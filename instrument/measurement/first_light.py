@@ -11,10 +11,12 @@ from typing import Final
 
 import numpy as np
 
+from instrument.measurement.detector import noise_variance
+from instrument.measurement.finding import Finding
 from instrument.measurement.leak import leak_seen
 from instrument.measurement.light_model import Parameter, Source
 from instrument.measurement.measurement import Measurement
-from instrument.measurement.ripple import ripples_seen
+from instrument.measurement.ripple import lamp_factor, ripples_seen
 from instrument.numerics import Circle, fit_circle
 from instrument.recording import Recording
 from instrument.schemes import Signals
@@ -44,6 +46,12 @@ _DITHERING_PX: Final = 1.4
 
 _OF_EDGES: Final = 0.03
 """Standard deviation of a centre that edges of mirrors alone move, over the total light."""
+
+_DEEP: Final = 0.5
+"""Brightness of a lamp over its mean to which flicker that is deep makes it fall."""
+
+_DARK: Final = 0.2
+"""Brightness of a lamp over its mean below which a frame is left out."""
 
 _SIGNIFICANT: Final = 12.0
 """Squared distance of the centre from 0, in units of its covariance, from which on it counts: chance 1 in 400."""
@@ -79,7 +87,34 @@ def _with_ripples(measurement: Measurement) -> Measurement:
         amplitude = np.abs(measurement.observe(steady=False).signal) * total[:, None]
     moment_s = measurement.pattern_time_s @ weights / weights.sum()
     ripples = ripples_seen(total, amplitude, valid, moment_s)
-    return measurement.lit_by(measurement.light.model_copy(update={"ripples": ripples}))
+    return _without_dark(_noise_anew(measurement.lit_by(measurement.light.model_copy(update={"ripples": ripples}))))
+
+
+def _noise_anew(measurement: Measurement) -> Measurement:
+    """Estimate noise that does not depend on the light again where the lamp flickers deeply: flicker seemed to be noise."""
+    lamp = lamp_factor(measurement.pattern_time_s, measurement.light.ripples)
+    if measurement.photon_counts or lamp.min() > _DEEP:
+        return measurement
+    brightness = np.asarray(lamp.mean(axis=1), np.float64)
+    noise = noise_variance(measurement.values, measurement.scheme.light_weights, measurement.valid, brightness)
+    return replace(measurement, variance=noise / lamp**2)
+
+
+def _without_dark(measurement: Measurement) -> Measurement:
+    """Leave out the frames in which a lamp that flickers is nearly dark, and say so: divided by it, they are noise."""
+    ripples = measurement.light.ripples
+    dark = measurement.valid & (lamp_factor(measurement.pattern_time_s, ripples).min(axis=1) < _DARK)
+    if not dark.any():
+        return measurement
+    frames = np.flatnonzero(dark)
+    strongest = max(ripples, key=lambda ripple: ripple.amplitude * ripple.lamp_share)
+    text = f"the lamp flickers by {100 * strongest.amplitude:.0f} % at {strongest.frequency_hz:.0f} Hz"
+    sentence = (
+        f"{text}: {len(frames)} frames in which it is darker than a {1 / _DARK:.0f}th of its mean are left out; "
+        "feed the lamp with direct current, or record longer"
+    )
+    finding = Finding("lamp", tuple(frames.tolist()), text, sentence)
+    return replace(measurement, valid=measurement.valid & ~dark, findings=(*measurement.findings, finding))
 
 
 def _with_offsets(measurement: Measurement) -> Measurement:

@@ -14,9 +14,9 @@ from instrument.measurement.image_values import ImageValues, fixed_columns
 from instrument.measurement.lamp import to_one_moment
 from instrument.measurement.leak import difference_variance_ratio, leak_variance_ratio, without_leak
 from instrument.measurement.light_model import IDEAL, LightModel
-from instrument.measurement.ripple import without_ripples
+from instrument.measurement.ripple import lamp_factor, without_ripples
 from instrument.measurement.screening import screened
-from instrument.numerics import smooth
+from instrument.numerics import coverage_factor, smooth
 from instrument.plan import Plan
 from instrument.recording import Recording
 from instrument.schemes import Light, Observation, Scheme, Signals, as_signals, image_rows_of, position_of, scheme_of
@@ -123,7 +123,11 @@ class Measurement:
         mean_total = float((values[lit] @ self.scheme.light_weights).mean()) if light.ripples and lit.any() else 0.0
         values = without_ripples(values, self.pattern_time_s, light.ripples, mean_total)
         values = with_edge_light(values, self.scheme, self.plan.image_size, loss_a_side)
-        return replace(self, light=light, values=values, variance=self.variance * (after / before))
+        ratio: Floats = np.full(self.pattern_time_s.shape, after / before)
+        if light.ripples != self.light.ripples:  # what is divided by a dark lamp is noisier than what came
+            dark, bright = (lamp_factor(self.pattern_time_s, model.ripples) for model in (light, self.light))
+            ratio = ratio * (bright / dark) ** 2
+        return replace(self, light=light, values=values, variance=self.variance * ratio)
 
     def first(self, frames: int) -> "Measurement":
         """Give the first frames."""
@@ -179,6 +183,18 @@ class Measurement:
         power, ratio = float(of_total @ of_total), float(position_sum.sum()) / max(float(self.total.sum()), 1e-300)
         share = float(of_total @ of_sum) / (ratio * power) if power > 0 and ratio > 0 else 0.0
         return steady + min(max(share, 0.0), 1.0) * (self.total - steady)
+
+    @property
+    def student_ratio(self) -> float:
+        """Factor on a standard deviation by which 1.96 of it hold the truth with 95 % though the noise is only estimated.
+
+        Noise that does not depend on the light is estimated from a median of differences between frames, which is as good as a
+        quarter of as many degrees of freedom: Student's t takes the place of the normal distribution. 1 for photon counts.
+        """
+        if self.photon_counts:
+            return 1.0
+        freedom = max(1, int(np.count_nonzero(self.valid)) // 4)
+        return coverage_factor(freedom) / coverage_factor(None)
 
     @property
     def smoothed(self) -> bool:

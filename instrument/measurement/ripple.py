@@ -22,6 +22,9 @@ _TREND_DEGREE: Final = 5
 _SIGNIFICANT: Final = 5.0
 """Amplitude, in its own standard deviations, from which on a line is taken: chance makes one in some 500 runs."""
 
+_DARKEST: Final = 0.01
+"""Brightness of a lamp over its mean that is taken at least: what is darker says nothing."""
+
 _TELLS_APART: Final = 0.25
 """Standard deviation of the lamp's share above which all of a line is taken to be the lamp's."""
 
@@ -59,10 +62,17 @@ def without_ripples(values: Floats, time_s: Floats, ripples: tuple[Ripple, ...],
         Values of the same shape.
     """
     for ripple in ripples:
-        seen = ripple.at(time_s)
-        ambient = (1 - ripple.lamp_share) * seen * mean_total / 2
-        values = (values - ambient) / (1 + ripple.lamp_share * seen)
+        ambient = (1 - ripple.lamp_share) * ripple.at(time_s) * mean_total / 2
+        values = (values - ambient) / lamp_factor(time_s, (ripple,))
     return values
+
+
+def lamp_factor(time_s: Floats, ripples: tuple[Ripple, ...]) -> Floats:
+    """Brightness of a lamp that ripples over its mean, at times of any shape; never below a hundredth."""
+    factor = np.ones(np.shape(time_s))
+    for ripple in ripples:
+        factor = factor * (1 + ripple.lamp_share * ripple.at(time_s))
+    return np.maximum(factor, _DARKEST)
 
 
 def ripples_seen(total: Floats, amplitude: Floats | None, valid: Mask, time_s: Floats) -> tuple[Ripple, ...]:

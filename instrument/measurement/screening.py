@@ -11,6 +11,7 @@ import numpy as np
 
 from instrument.measurement.detector import noise_variance
 from instrument.measurement.finding import Finding
+from instrument.measurement.ripple import lamp_factor, ripples_seen
 from instrument.measurement.slips import Slips, in_step_again, moved_back, slips_of
 from instrument.measurement.wild_counts import wild_counts
 from instrument.measurement.wiring import Wiring, rewired, wiring_of
@@ -23,6 +24,12 @@ _DIGITS: Final = 1e-6
 
 _LISTED: Final = 5
 """Places that a sentence lists."""
+
+_DEEP: Final = 0.5
+"""Brightness over its mean to which a lamp must fall for its flicker to be taken out before slips are looked for,"""
+
+_DARK_LAMP: Final = 0.2
+"""and below which nothing is looked for."""
 
 _DEAD: Final = 0.9
 """Share of the time dead at most that is corrected for here: beyond, a count is wild in any case."""
@@ -54,7 +61,7 @@ def screened(recording: Recording) -> Screened:
     findings += _tell_impossible(recording, impossible)
 
     variance = _variance(values, recording.frame_valid, scheme, photon_counts=recording.photon_counts)
-    light = _light_of_counts(recording, values)
+    light = _without_flicker(_light_of_counts(recording, values), recording, scheme)
     pair = _pair(scheme)
     wild = wild_counts(light, variance, pair)
     slips = slips_of(light, wild, variance, pair)
@@ -135,6 +142,23 @@ def _light_of_counts(recording: Recording, values: Floats) -> Floats:
     """Counts without what dead time took: it bends the sum of a pair."""
     dead = values * (recording.dead_time_s / recording.picture_time_s) if recording.photon_counts else np.zeros(())
     return np.asarray(values / (1 - np.minimum(dead, _DEAD)), np.float64)
+
+
+def _without_flicker(light: Floats, recording: Recording, scheme: Scheme) -> Floats:
+    """Light as of a steady lamp where it flickers deeply: it then changes within a frame by as much as patterns do.
+
+    What is measured while the lamp is nearly dark is NaN: it tells nothing.
+    """
+    weights = np.abs(scheme.light_weights)
+    valid = np.asarray(np.isfinite(light).all(axis=1), bool)
+    if not (weights.any() and valid.any()):
+        return light
+    moment_s = recording.pattern_time_s @ weights / weights.sum()
+    total = np.where(valid, np.nan_to_num(light) @ scheme.light_weights, 0.0)
+    lamp = lamp_factor(recording.pattern_time_s, ripples_seen(total, None, valid, moment_s))
+    if lamp.min() > _DEEP:
+        return light
+    return np.where(lamp.min(axis=1, keepdims=True) < _DARK_LAMP, np.nan, light / lamp)
 
 
 def _impossible(recording: Recording) -> Mask:

@@ -39,7 +39,8 @@ class Reconstruction:
     """Standard deviation of a single value, rms over frames, in its own units."""
 
     misfit: float
-    """Root mean square of what the image leaves unexplained, over the noise: about 1 where motion and image are right."""
+    """Root mean square of what the image leaves unexplained, over the noise: about 1 where motion and image are right. Where
+    ``unknowns`` is known, it is that of each value which is left over beside them; else less than 1, where values are few."""
 
     iterations: int
     """Number of iterations of the solver; 0 where it has none."""
@@ -52,6 +53,9 @@ class Reconstruction:
 
     grid: int = 1
     """Pixels of ``image`` that a pattern pixel has along each axis."""
+
+    unknowns: float | None = None
+    """Effective number of unknowns that the image took from the values; None where nobody asked for it."""
 
     @property
     def at_patterns(self) -> Floats:

@@ -77,7 +77,8 @@ def _path_px(fits: _Fits) -> Floats:
 
 def _trajectory(measurement: Measurement, place_px: Floats, variance_px2: Floats, valid: Mask) -> Trajectory:
     displacement_px = place_px - place_px[0]
-    return Trajectory(displacement_px, np.sqrt(variance_px2), measurement.frame_time_s, "smooth", valid)
+    sigma_px = np.sqrt(variance_px2) * measurement.student_ratio
+    return Trajectory(displacement_px, sigma_px, measurement.frame_time_s, "smooth", valid)
 
 
 @dataclass(frozen=True)

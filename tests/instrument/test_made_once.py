@@ -18,6 +18,7 @@ from instrument.schemes import select
 def test_one_analysis_corrects_the_values_once_and_makes_one_scheme(monkeypatch: pytest.MonkeyPatch) -> None:
     plan = Plan(frames=301)  # no other test has one of so many frames: its scheme is not made yet
     values = np.random.default_rng(0).normal(200.0, 3.0, (301, 6))
+    values[0, 4:] = 400.0, 0.0  # the first pattern is all on: there is an object in the light
     recording = Recording(plan, values, np.ones(301, np.bool_), plan.picture_time_s)
     counted: Counter[str] = Counter()
 

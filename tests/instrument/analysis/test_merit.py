@@ -96,7 +96,7 @@ def test_what_is_not_known_is_none_and_not_infinite() -> None:
     )
     assert figures.sigma_px is None
     assert figures.misfit is None
-    assert figures.doubts == ()
+    assert [doubt.split(" for an image")[0] for doubt in figures.doubts] == ["19 frames are too few"]
 
 
 @pytest.mark.parametrize(("last", "doubted"), [(104.9, False), (105.1, True), (95.1, False), (94.9, True)])

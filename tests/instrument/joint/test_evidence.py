@@ -10,6 +10,7 @@ from instrument.joint.evidence import AxisView, Evidence, View, evidence_of
 from instrument.joint.prediction import Predictor
 from instrument.joint.rounds import _gauss_newton_step
 from instrument.measurement import Measurement
+from instrument.numerics import smooth
 from instrument.plan import Plan
 from instrument.reconstruction import Problem
 from instrument.tracking import Trajectory
@@ -102,7 +103,7 @@ def _variance(amplitude: Floats | None, left: float = 0.0) -> Floats:
     """
 
     def axis_view(slope: list[float]) -> AxisView:
-        return AxisView(View(np.zeros(ROWS), np.tile(slope, (ROWS, 1))), amplitude)
+        return AxisView(View(np.zeros(ROWS), np.tile(slope, (ROWS, 1))), np.zeros((ROWS, 4)), amplitude)
 
     hadamard = View(left * BLOCK_SIGN, np.ones((ROWS, 2)))
     found = Evidence(axis_view([3.0, 0.0]), axis_view([0.0, 3.0]), hadamard, misfit=1.0)
@@ -124,11 +125,24 @@ def test_errors_faster_than_a_block_leave_the_uncertainty_as_it_is() -> None:
     assert _variance(0.01 * BLOCK_SIGN) == pytest.approx(_variance(QUICK))
 
 
-def test_without_an_amplitude_what_hadamard_values_still_ask_for_counts_as_far_as_they_tell() -> None:
-    """Each block asks for 50 x 0.5 with an information of 50: a square of 12.5 where noise has 1; their share is 1 of 10."""
-    ratio = _variance(None, left=0.5) / _variance(QUICK, left=0.5)
-    assert ratio == pytest.approx(1 + 0.1 * (12.5 - 1))
+def test_what_hadamard_values_still_ask_for_counts_as_far_as_they_tell() -> None:
+    """Each block asks for 50 x 0.5 with an information of 50: a square of 12.5 where noise has 1; their share is 1 of 10.
+
+    Beside an amplitude, the scatter of eight squares, the root of 2 / 8, is taken for chance.
+    """
+    ratio = _variance(BLOCK_SIGN, left=0.5) / _variance(QUICK, left=0.5)
+    steps, amplitude = 0.1 * (12 - 1), 0.9 * (50 * 8 / 7 - 1)
+    assert ratio == pytest.approx((1 + amplitude + steps) / (1 + steps))
+    assert _variance(None, left=0.5) / _variance(QUICK, left=0.5) == pytest.approx((1 + 0.1 * (12.5 - 1)) / (1 + steps))
 
 
 def test_what_asks_for_less_than_noise_would_makes_nothing_surer() -> None:
-    assert _variance(None, left=0.1) == pytest.approx(_variance(QUICK, left=0.1))
+    """Steps of 0.1 have a square of 0.5 where noise has 1."""
+    less = _variance(BLOCK_SIGN, left=0.1) / _variance(QUICK, left=0.1)
+    assert less == pytest.approx(1 + 0.9 * (50 * 8 / 7 - 1))
+
+
+def test_a_part_of_what_hadamard_values_say_of_a_slow_motion_goes_into_the_image() -> None:
+    """Of 10 a frame 1 is theirs, and a fifth of that is lost: the variance is 1 / 0.98 of that of the smoother alone."""
+    smoother = smooth(np.zeros(ROWS), np.full(ROWS, 10.0), absolute_weights=True).variance_to_first[-1]
+    assert _variance(QUICK) == pytest.approx(np.full(2, smoother / 0.98), rel=1e-6)

@@ -112,7 +112,9 @@ def test_all_of_it_is_found_together(run: _Run) -> None:
     np.testing.assert_allclose(found.offset, OFFSET, atol=2e-4)
     assert found.light.leak.sigma is not None
     assert 0 < found.light.leak.sigma < 0.001
-    assert ((found.offset_sigma > 0) & (found.offset_sigma < 0.001)).all()
+    sigma = np.sqrt(np.diagonal(found.offset_covariance))
+    assert ((sigma > 0) & (sigma < 0.001)).all()
+    np.testing.assert_allclose(found.offset_covariance, found.offset_covariance.T)
 
 
 @pytest.mark.parametrize(("leak", "edge_loss"), [(LEAK, 0.0), (0.0, EDGE_LOSS)])

@@ -1,0 +1,142 @@
+"""Reasons to doubt a result, each in a sentence with its likeliest cause and what to do about it."""
+
+from typing import Final
+
+import numpy as np
+
+from instrument.analysis.leaving import share_inside
+from instrument.measurement import Measurement
+from instrument.reconstruction import Reconstruction
+from instrument.tracking import Trajectory
+
+_LIGHT_CHANGE: Final = 0.05
+"""Relative change of the total light above which the figures warn."""
+
+_SIGMAS: Final = 4.0
+"""Standard errors that noise alone may change it by."""
+
+_INSIDE: Final = 0.98
+"""Share of the object that is inside the field where it stays there."""
+
+_MISFIT: Final = 1.5
+"""Misfit above which the figures warn."""
+
+_OVERFIT: Final = 0.5
+"""Unknowns of an image over the values that it was found from, above which motion and image explain each other's errors."""
+
+_LEFT_OVER: Final = 0.6
+"""Misfit below which the same is so of an image whose unknowns nobody counted."""
+
+_FEW_FRAMES: Final = 64
+"""Frames below which no image helps to find the path."""
+
+
+def doubts_of(
+    measurement: Measurement, trajectory: Trajectory | None, reconstruction: Reconstruction | None
+) -> tuple[str, ...]:
+    """Give the reasons to doubt path and image of a run, beside what was found in its counts and what its stage did.
+
+    Args:
+        measurement: measurement that was analysed.
+        trajectory: path found; None where the scheme has no position.
+        reconstruction: image found; None where the scheme has none.
+    """
+    used = int(np.count_nonzero(measurement.valid))
+    return (
+        *_light_doubts(measurement, stays=_stays(trajectory, reconstruction)),
+        *_frame_doubts(used, trajectory, reconstruction),
+        *(_misfit_doubts(reconstruction) if trajectory is None or used >= _FEW_FRAMES else ()),
+        *_moment_doubts(measurement),
+    )
+
+
+def _moment_doubts(measurement: Measurement) -> tuple[str, ...]:
+    """Say what no run of moments can tell: whose light its centroid is of. The noise alone is in their uncertainty."""
+    position = measurement.scheme.position
+    if position is None or position.period_px is not None or measurement.background_known:
+        return ()
+    why = (
+        "moments take all light for the object's: a background or ambient light makes displacement and speed too small by its "
+        "share of the light, which the stated intervals do not cover; record a background and give it with --background, "
+        "or use a scheme of fringes"
+    )
+    return (why,)
+
+
+def _chance_of_light(measurement: Measurement) -> float:
+    """Relative change of the light by which tenths of a run differ by noise alone."""
+    weights, valid = measurement.scheme.light_weights, measurement.valid
+    used = weights != 0
+    variance = measurement.variance[valid][:, used] @ weights[used] ** 2
+    total = float(np.median(measurement.total[valid]))
+    of_tenth = float(np.sqrt(variance.mean() / max(len(variance) / 10, 1.0)))
+    return _SIGMAS * measurement.student_ratio * of_tenth / total if total > 0 and np.isfinite(of_tenth) else 0.0
+
+
+def _stays(trajectory: Trajectory | None, reconstruction: Reconstruction | None) -> bool:
+    """Whether the object stays in the field by its own image and path."""
+    if reconstruction is None or not (reconstruction.image > 0).any():
+        return False
+    if trajectory is None:
+        return True
+    seen = trajectory.displacement_px[np.isfinite(trajectory.sigma_px).all(axis=1)]
+    return bool(len(seen)) and float(share_inside(reconstruction.at_patterns, seen).min()) > _INSIDE
+
+
+def entangled(reconstruction: Reconstruction, values: int) -> bool:
+    """Whether an image has so many unknowns that motion and image explain each other's errors."""
+    if reconstruction.unknowns is None:
+        return bool(reconstruction.misfit < _LEFT_OVER)
+    return reconstruction.unknowns > _OVERFIT * values
+
+
+def _frame_doubts(used: int, trajectory: Trajectory | None, reconstruction: Reconstruction | None) -> tuple[str, ...]:
+    """Say for what there are too few frames."""
+    if used < 2 and trajectory is not None:
+        image = "" if reconstruction is None else ", and its image is hardly more than its total light"
+        return (f"one frame cannot tell of a motion{image}: record more frames",)
+    if reconstruction is None or trajectory is None:
+        return ()
+    if used < _FEW_FRAMES:
+        few = (
+            f"{used} frames are too few for an image: it is a guess, and the path is that of the position patterns alone, with "
+            f"an uncertainty that their own scatter tells; record {_FEW_FRAMES} or more, better some hundred"
+        )
+        return (few,)
+    if entangled(reconstruction, used):
+        why = (
+            "too few frames to judge the result: motion and image have half as many unknowns as there are values and explain "
+            "their noise too, so that no uncertainty is stated; record more frames"
+        )
+        return (why,)
+    return ()
+
+
+def _light_doubts(measurement: Measurement, *, stays: bool) -> tuple[str, ...]:
+    """Say what a light that changes may be, unless it was found to be the object that leaves."""
+    found: list[str] = []
+    light_change = measurement.light_change()
+    leaves = any(finding.kind == "leaves the field" for finding in measurement.findings)
+    if not leaves and light_change > max(_LIGHT_CHANGE, _chance_of_light(measurement)):
+        change = f"the field's total light changed by {100 * light_change:.0f} % in the run: "
+        found.append(
+            change
+            + "the object stays inside by its own path, so that the lamp drifts, which is divided out and makes dark frames "
+            "noisier, or the field is not evenly lit, which bends the path: steady the lamp, or give the field's profile"
+            if stays
+            else change
+            + "a lamp that drifts is allowed for, an object that leaves the field is not: keep it inside, or record "
+            "fewer frames"
+        )
+    return tuple(found)
+
+
+def _misfit_doubts(reconstruction: Reconstruction | None) -> tuple[str, ...]:
+    """Say what may be left unexplained."""
+    if reconstruction is None or not reconstruction.misfit > _MISFIT:
+        return ()
+    left = (
+        f"motion and image leave {reconstruction.misfit:.1f} times the noise unexplained: doubt both; look for an object that "
+        "leaves the field or turns, or counts beyond the linear limit"
+    )
+    return (left,)
