@@ -9,6 +9,7 @@ from instrument.joint.evidence import Evidence, View, evidence_of
 from instrument.joint.iterate import Iterate
 from instrument.joint.light_fit import fit_light
 from instrument.joint.prediction import Predictor
+from instrument.joint.shape_step import reshaped
 from instrument.numerics import Smooth, TvState, smooth, total_variation
 from instrument.reconstruction import METHODS
 from instrument.tracking import PathCovariance, Trajectory
@@ -27,6 +28,7 @@ _BLOCK_FRAMES = (
 )
 _BLOCKS = (8, 32)  # fewest and most blocks in a run
 _STANDS_STILL = 0.2  # change of the path over its uncertainty, both rms, below which it is taken as found
+_ANOTHER = 1.0  # change of the shape over its uncertainty from which on the image is begun afresh, as it turns in the whole
 _TINY = 1e-12
 
 
@@ -90,11 +92,20 @@ def refined(
             fit = fit_light(current.problem, prediction, light, superpixel)
             current, offset = current.lit_by(fit.light), fit.offset
         evidence = evidence_of(current.problem, prediction, offset)
-        trajectory = _gauss_newton_step(evidence, current.problem.values.frame, current.trajectory)
+        frame, shape_stands, afresh = current.problem.values.frame, True, False
+        trajectory = current.trajectory
+        if trajectory.pivot_px is not None:
+            step = reshaped(evidence, frame, trajectory)
+            evidence, trajectory, shape_stands = step.evidence, step.trajectory, step.over_sigma < _STANDS_STILL
+            afresh = step.over_sigma > _ANOTHER
+        trajectory = _gauss_newton_step(evidence, frame, trajectory)
         change_px = trajectory.displacement_px - current.trajectory.displacement_px
         current = current.along(trajectory)
-        if np.mean(change_px**2) < _STANDS_STILL**2 * np.mean(trajectory.sigma_px**2):
+        state = None if afresh and refinements < _MOST_REFINEMENTS else state
+        if shape_stands and np.mean(change_px**2) < _STANDS_STILL**2 * np.mean(trajectory.sigma_px**2):
             break
+    if current.trajectory.pivot_px is not None and state is not None:
+        current = current.seen_as(state.image, state.images[1] if current.problem.still else None)
     return Refinement(current, misfit_given, misfit, penalty)
 
 
@@ -119,7 +130,7 @@ def _gauss_newton_step(evidence: Evidence, frame: Integers, last: Trajectory) ->
         last_px = last.displacement_px[:, axis]
         information, score = np.zeros(len(last)), np.zeros(len(last))
         for view in evidence.views:
-            residual = view.residual - np.vecdot(view.slope, step_px)
+            residual = view.residual - np.vecdot(view.slope[:, :2], step_px)
             information[frame] += view.slope[:, axis] ** 2
             score[frame] += view.slope[:, axis] * residual
         if not (information > 0).any():

@@ -3,7 +3,9 @@
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-FindingKind: TypeAlias = Literal["impossible counts", "shifted patterns", "wild counts", "wiring", "leaves the field"]
+FindingKind: TypeAlias = Literal[
+    "impossible counts", "shifted patterns", "wild counts", "wiring", "leaves the field", "changes shape"
+]
 
 
 @dataclass(frozen=True)
