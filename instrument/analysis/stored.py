@@ -141,10 +141,10 @@ def store(
         path,
         displacement_px=None if found is None else analysis.padded(found.displacement_px, frames),
         sigma_px=None if found is None else analysis.padded(found.sigma_px, frames),
-        angle_deg=_of_run(analysis, None if found is None else found.angle_deg),
-        angle_sigma_deg=_of_run(analysis, None if found is None else found.angle_sigma_deg),
-        magnification=_of_run(analysis, None if found is None else found.magnification),
-        magnification_sigma=_of_run(analysis, None if found is None else found.magnification_sigma),
+        angle_deg=_of_run(frames, None if found is None else found.angle_deg),
+        angle_sigma_deg=_of_run(frames, None if found is None else found.angle_sigma_deg),
+        magnification=_of_run(frames, None if found is None else found.magnification),
+        magnification_sigma=_of_run(frames, None if found is None else found.magnification_sigma),
         pivot_px=None if found is None else found.pivot_px,
         start_px=None if found is None else found.start_px,
         start_sigma_px=None if found is None else found.start_sigma_px,
@@ -165,9 +165,9 @@ def store(
     )
 
 
-def _of_run(analysis: Analysis, series: Floats | None) -> Floats | None:
+def _of_run(frames: int, series: Floats | None) -> Floats | None:
     """Append NaN for the frames at the end of the recording that were not analysed, ``(frames,)`` in all."""
-    return None if series is None else analysis.padded(series[:, None], len(analysis.recording))[:, 0]
+    return None if series is None else Analysis.padded(series[:, None], frames)[:, 0]
 
 
 def _in_mm(analysis: Analysis, frames: int) -> tuple[Floats | None, Floats | None]:

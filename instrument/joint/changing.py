@@ -31,6 +31,9 @@ _BELIEVED: Final = 12.0
 _TOLD: Final = 3.0
 """Standard deviations, as stated, from which on a turn or a growth is told."""
 
+_COARSE: Final = 0.1
+"""Uncertainty in degrees or % from which on one digit after the point says all, and not two."""
+
 _LIT: Final = 0.15
 """Part of the brightest pixel from which on a pixel is the object's, for its centroid and for what a change of shape would do."""
 
@@ -42,6 +45,8 @@ _MARGIN_PX: Final = 8
 
 _ENTRIES: Final = 1 << 27
 """Entries of a matrix at most: half a gigabyte. Beyond, the image keeps to the patterns' grid, or the shape is not followed."""
+
+_TINY: Final = 1e-12
 
 _FOLLOWED: Final = (
     "path and image follow it, and the displacement is that of its centroid; a stage that yaws, or a way out of the plane of "
@@ -90,12 +95,18 @@ def change_text(trajectory: Trajectory) -> str:
     told: dict[str, float] = {}
     if trajectory.angle_deg is not None and trajectory.angle_sigma_deg is not None:
         turn, sigma = float(trajectory.angle_deg[-1]), float(trajectory.angle_sigma_deg[-1])
-        told[f"turned by {turn:+.1f} +- {sigma:.1f} degrees"] = abs(turn) / max(sigma, 1e-12)
+        told[f"turned by {_with_sigma(turn, sigma)} degrees"] = abs(turn) / max(sigma, _TINY)
     if trajectory.magnification is not None and trajectory.magnification_sigma is not None:
         growth, sigma = 100 * float(trajectory.magnification[-1] - 1), 100 * float(trajectory.magnification_sigma[-1])
-        told[f"grew by {growth:+.1f} +- {sigma:.1f} %"] = abs(growth) / max(sigma, 1e-12)
+        told[f"grew by {_with_sigma(growth, sigma)} %"] = abs(growth) / max(sigma, _TINY)
     significant = [text for text, over_sigma in told.items() if over_sigma >= _TOLD]
     return f"the object {' and '.join(significant or told)} in the run"
+
+
+def _with_sigma(value: float, sigma: float) -> str:
+    """Give a number with its uncertainty, to the digit that means something."""
+    digits = 1 if sigma >= _COARSE else 2
+    return f"{value:+.{digits}f} +- {sigma:.{digits}f}"
 
 
 def _told(iterate: Iterate, text: str, why: str) -> Iterate:

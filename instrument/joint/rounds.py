@@ -28,7 +28,7 @@ _BLOCK_FRAMES = (
 )
 _BLOCKS = (8, 32)  # fewest and most blocks in a run
 _STANDS_STILL = 0.2  # change of the path over its uncertainty, both rms, below which it is taken as found
-_ANOTHER = 1.0  # change of the shape over its uncertainty from which on the image is begun afresh, as it turns in the whole
+_ANOTHER = 1.0  # change of the shape over its uncertainty from which on the image is begun afresh
 _TINY = 1e-12
 
 

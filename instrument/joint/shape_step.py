@@ -48,13 +48,13 @@ class ShapeFit:
     """``(2,)``: coefficients of the lines, of angle in radians and of the logarithm of the magnification: half their change."""
 
     covariance: Floats
-    """``(2, 2)``: their covariance."""
+    """``(2, 2)``: their covariance by the noise."""
 
     change: Floats
     """``(frames, 2)``: the polynomials, lines and bends."""
 
     variance: Floats
-    """``(frames, 2)``: variance of their change since frame 0."""
+    """``(frames, 2)``: variance of their change since frame 0, by the scatter of the residuals where that is more than noise."""
 
     scatter: float
     """Mean square of what they leave of the residuals."""
@@ -109,7 +109,7 @@ def shape_fit(residual: Floats, slope: Floats, frame: Integers, frames: int) -> 
     powers = np.asarray(legvander(np.linspace(-1.0, 1.0, frames), HIGHEST_DEGREE), np.float64)
     fits = [_of_degree(residual, slope, frame, powers, degree) for degree in range(1, HIGHEST_DEGREE + 1)]
     price = 2 * float(np.log(len(residual)))
-    scores = [fit.scatter * len(residual) + price * degree for degree, fit in enumerate(fits, 1)]
+    scores = [len(residual) * np.log(fit.scatter + _TINY) + price * degree for degree, fit in enumerate(fits, 1)]
     return fits[int(np.argmin(scores))]
 
 
@@ -132,10 +132,11 @@ def _of_degree(residual: Floats, slope: Floats, frame: Integers, powers: Floats,
     of_shape, covariance = found[: 2 * own[1]].reshape(own), inverse[: 2 * own[1], : 2 * own[1]].reshape(own + own)
     since = powers[:, 1 : degree + 1] - powers[0, 1 : degree + 1]
     variances = [np.einsum("fp,pq,fq->f", since, covariance[k, 1:, k, 1:], since) for k in range(2)]
+    scatter = float(np.mean((residual - design @ found) ** 2))
     return ShapeFit(
         line=of_shape[:, 1],
         covariance=covariance[:, 1, :, 1],
         change=powers[:, 1 : degree + 1] @ of_shape[:, 1:].T,
-        variance=np.stack(variances, axis=1),
-        scatter=float(np.mean((residual - design @ found) ** 2)),
+        variance=max(1.0, scatter) * np.stack(variances, axis=1),
+        scatter=scatter,
     )

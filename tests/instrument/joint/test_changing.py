@@ -142,7 +142,7 @@ def test_a_rigid_object_asked_for_its_shape_has_none_to_speak_of() -> None:
 
 
 def test_what_is_told_is_what_is_significant() -> None:
-    def path(turn_deg: float, growth: float) -> Trajectory:
+    def path(turn_deg: float, growth: float, turn_sigma_deg: float = 0.5) -> Trajectory:
         end = np.array([0.0, 1.0])
         return Trajectory(
             np.zeros((2, 2)),
@@ -151,12 +151,13 @@ def test_what_is_told_is_what_is_significant() -> None:
             "joint",
             np.ones(2, np.bool_),
             angle_deg=turn_deg * end,
-            angle_sigma_deg=0.5 * end,
+            angle_sigma_deg=turn_sigma_deg * end,
             magnification=1 + growth * end,
             magnification_sigma=0.01 * end,
         )
 
     assert change_text(path(1.5, 0.0)) == "the object turned by +1.5 +- 0.5 degrees in the run"
+    assert change_text(path(-0.2, 0.0, 0.04)) == "the object turned by -0.20 +- 0.04 degrees in the run"
     assert change_text(path(1.4, -0.03)) == "the object grew by -3.0 +- 1.0 % in the run"
     both = "the object turned by -2.0 +- 0.5 degrees and grew by +4.0 +- 1.0 % in the run"
     assert change_text(path(-2.0, 0.04)) == both
