@@ -1,5 +1,6 @@
 """An object that turns or grows a little while it moves: noticed, followed, told; and a rigid one left as it is."""
 
+import importlib
 from functools import cache
 
 import numpy as np
@@ -173,3 +174,11 @@ def test_a_shape_that_nothing_follows_is_refused() -> None:
         analyse(recording, shape="changing", tracking="smooth")
     with pytest.raises(InputError, match="the shape 'round'"):
         analyse(recording, shape="round")  # type: ignore[arg-type]  # pyright: ignore[reportArgumentType]
+
+
+def test_a_run_whose_rows_are_too_many_to_write_out_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(importlib.import_module("instrument.joint.changing"), "_ENTRIES", 1)
+    found = analyse(_analysed().recording.first(100), shape="changing")
+    assert found.figures.found == ("the object's shape was not followed",)
+    assert any("100 frames are too many to follow it" in doubt for doubt in found.figures.doubts)
+    assert found.figures.turn_deg is None
