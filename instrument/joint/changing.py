@@ -74,7 +74,8 @@ def changing(rigid: Picture, *, asked: bool, fitted: bool) -> Picture | None:
     start = iterate.on_grid(1).about(_centroid_px(image, region))
     if not asked and _unexplained(start, image, rigid).significance < _NOTICED:
         return None
-    start = start.within(_around(region, image))
+    near = _around(region, image)
+    start = start.within(near)
     entries = rows * start.problem.region.height * start.problem.region.width
     if entries > _ENTRIES:
         text = "the object turns or grows" if not asked else "the object's shape was not followed"
@@ -84,9 +85,10 @@ def changing(rigid: Picture, *, asked: bool, fitted: bool) -> Picture | None:
     grid = iterate.problem.field.grid
     found = refinement.iterate.on_grid(grid if entries * grid**2 <= _ENTRIES else 1)
     picture = Picture.of(found, strength)
-    gained = rows * (rigid.state.misfit**2 - picture.state.misfit**2)
-    if not asked and gained < _BELIEVED:
-        return None
+    if not asked:  # against a rigid image of no more pixels, which could explain more of the noise
+        alike = Picture.of(iterate.within(near).on_grid(found.problem.field.grid), strength)
+        if rows * (alike.state.misfit**2 - picture.state.misfit**2) < _BELIEVED:
+            return None
     return replace(picture, iterate=_told(found, change_text(found.trajectory), _FOLLOWED))
 
 
