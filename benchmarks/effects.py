@@ -189,6 +189,8 @@ EFFECTS: Final = (
     *(Effect(f"background, {way} px", background=1.6, path=straight(way)) for way in (40, 20, 12)),
     *(Effect(f"ideal, {way} px", path=straight(way)) for way in (62, 40, 20, 12)),
     *(Effect(f"leaves, {way} px", path=straight(way)) for way in (92, 110, 128, 150)),
+    Effect("turns by 3 degrees", {"object_turn_deg": 3.0}),
+    Effect("grows by 3 %", {"object_growth": 0.03}),
     Effect("light falls by 35 %", {"illumination_falloff": _FALLOFF}),
     Effect("the same, profile given", {"illumination_falloff": _FALLOFF}, light=LightTable(profile=falling(_FALLOFF))),
     Effect("photons", noise=_PHOTONS),

@@ -20,6 +20,10 @@ Grid: TypeAlias = Literal["auto", "1", "2"]
 Normalise: TypeAlias = Literal["auto", "smoothed", "frame", "off"]
 """By what values are divided against a lamp that changes: the total light smoothed over frames, each frame's own as published, or
 nothing; ``auto`` is ``frame`` where the path is found as published, else ``smoothed``."""
+
+Shape: TypeAlias = Literal["auto", "rigid", "changing"]
+"""Whether the object's slow turning and growing is found with its path: where the values show it, never, always."""
+
 StudyName: TypeAlias = Literal["table1", "frames", "noise", "upsampling", "speed", "background", "dgi"]
 """Tables and figures of the paper that can be reproduced."""
 

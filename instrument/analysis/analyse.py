@@ -14,7 +14,7 @@ from instrument.analysis.find import Found, find_image, find_path
 from instrument.analysis.leaving import follow_out, leaving, refuse_entering
 from instrument.analysis.merit import Figures, figures_of
 from instrument.analysis.stage_figures import stage_figures
-from instrument.choices import Background, Grid, Method, Normalise, Tracking
+from instrument.choices import Background, Grid, Method, Normalise, Shape, Tracking
 from instrument.measurement import LightModel, Measurement, first_light, usable_frames
 from instrument.reconstruction import Reconstruction, method_of, reconstruct
 from instrument.recording import Recording
@@ -125,6 +125,24 @@ def _refuse_tracking(tracking: Tracking, mean_filter: int | None) -> None:
         )
 
 
+def _refuse_shape(shape: Shape, tracking: Tracking, method: Method) -> None:
+    """Refuse a shape that there is not, and one that tracking or method do not follow.
+
+    Raises:
+        InputError: in both cases.
+    """
+    if shape not in get_args(Shape):
+        raise InputError(
+            saw=f"the shape {shape!r}", expected=f"one of {', '.join(get_args(Shape))}", remedy="correct the name"
+        )
+    if shape == "changing" and (tracking != "joint" or method != "tv"):
+        raise InputError(
+            saw=f"a changing shape with the tracking {tracking} and the method {method}",
+            expected="the tracking joint and the method tv, which follow it",
+            remedy="leave out the one or the other",
+        )
+
+
 def analyse(
     recording: Recording | str | Path,
     *,
@@ -134,6 +152,7 @@ def analyse(
     grid: Grid = "auto",
     mean_filter: int | None = None,
     normalise: Normalise = "auto",
+    shape: Shape = "auto",
     on_step: OnStep | None = None,
 ) -> Analysis:
     """Track the object, reconstruct its image, and judge both, as far as the recording's scheme goes.
@@ -148,14 +167,17 @@ def analyse(
         mean_filter: for the tracking ``per-frame`` only: number of neighbouring coefficients that are averaged, 5 in the paper.
         normalise: by what values are divided against a lamp that changes: the total light ``smoothed`` over frames, each
             ``frame``'s own as published, or nothing (``off``); ``auto`` goes with the tracking.
+        shape: whether it is found how the object slowly turns and grows: where the values show it (``auto``), never (``rigid``),
+            or in any case (``changing``). With the tracking ``joint`` and the method ``tv`` alone.
         on_step: function that is called before each step.
 
     Raises:
         InputError: the file cannot be read, no frame is usable, nothing can be found in the values, the object leaves the field,
-            or the tracking or the method is unknown.
+            tracking, method or shape are unknown, or a change of shape is asked of a method that follows none.
     """
     _refuse_tracking(tracking, mean_filter)
     method_of(method)
+    _refuse_shape(shape, tracking, method)
     if isinstance(recording, str | Path):
         recording = open_recording(recording)
     if isinstance(recording, Recording) and not usable_frames(recording).any():  # pyright: ignore[reportUnnecessaryIsInstance]
@@ -183,13 +205,13 @@ def analyse(
                 """Find path and image."""
                 path = find_path(_lit(run, tracking, normalise), tracking, mean_filter)
                 tell("reconstructing", 1, 3)
-                return find_image(path, tracking, method, wanted, grid)
+                return find_image(path, tracking, method, wanted, grid, shape=shape)
 
             found = explained(measurement, find) if tracking == "joint" else find(measurement)
             measurement = found.measurement
         else:
             tell("reconstructing", 1, 3)
-            found = follow_out(left, measurement.valid, wanted, grid)
+            found = follow_out(left, measurement.valid, wanted, grid, shape=shape)
     refuse_endless(found.trajectory, found.reconstruction)
     trajectory, reconstruction = found.trajectory, found.reconstruction
     known = recording.calibration if isinstance(recording, Recording) else None  # pyright: ignore[reportUnnecessaryIsInstance]

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from instrument.choices import Background, Grid, Method, Tracking, TrackingMethod
+from instrument.choices import Background, Grid, Method, Shape, Tracking, TrackingMethod
 from instrument.joint import LostFrame, grid_of, refine, refine_turn
 from instrument.measurement import Measurement
 from instrument.reconstruction import Reconstruction, method_of, reconstruct
@@ -52,7 +52,9 @@ def find_path(measurement: Measurement, tracking: Tracking, mean_filter: int | N
     return Found(measurement, track(measurement, way, mean_filter=mean_filter))
 
 
-def find_image(found: Found, tracking: Tracking, method: Method, background: Background, grid: Grid) -> Found:
+def find_image(
+    found: Found, tracking: Tracking, method: Method, background: Background, grid: Grid, *, shape: Shape = "rigid"
+) -> Found:
     """Make the image along the path, and refine both together where that was asked for.
 
     Args:
@@ -61,6 +63,7 @@ def find_image(found: Found, tracking: Tracking, method: Method, background: Bac
         method: method by which the image is made.
         background: whether the light of something that stands still is found together with the object.
         grid: image pixels that a pattern pixel has along each axis.
+        shape: whether a slow change of the object's shape is found; only where ``joint`` refines and the method is ``tv``.
 
     Returns:
         Path and image, with the absolute position where the scheme measures one.
@@ -72,20 +75,23 @@ def find_image(found: Found, tracking: Tracking, method: Method, background: Bac
     if trajectory is not None and trajectory.angle_deg is not None:
         found = _turned(found.measurement, trajectory, tracking, method)
     elif found.measurement.scheme.image_rows is not None:
-        found = _shifted(found, tracking, method, background, grid)
+        found = _shifted(found, tracking, method, background, grid, shape=shape)
     if found.trajectory is None:
         return found
     return replace(found, trajectory=placed_at(found.measurement, found.trajectory, found.reconstruction))
 
 
-def _shifted(found: Found, tracking: Tracking, method: Method, background: Background, grid: Grid) -> Found:
+def _shifted(
+    found: Found, tracking: Tracking, method: Method, background: Background, grid: Grid, *, shape: Shape
+) -> Found:
     """Make the image of an object that shifts, or stands."""
     measurement, trajectory, chosen = found.measurement, found.trajectory, method_of(method)
     finer = 1 if trajectory is None or not chosen.finer else None if grid == "auto" else int(grid)
     still = background == "fit"
     if trajectory is not None and tracking == "joint":
         of_path = None if grid == "auto" else finer  # the path is the same for all methods
-        refined = refine(measurement, trajectory, grid=of_path, background=background)
+        followed = shape if method == "tv" else "rigid"
+        refined = refine(measurement, trajectory, grid=of_path, background=background, shape=followed)
         found = Found(
             refined.measurement,
             refined.trajectory,

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from instrument.analysis.find import Found, find_path, placed_at
-from instrument.choices import Background, Grid
+from instrument.choices import Background, Grid, Shape
 from instrument.joint import refine
 from instrument.measurement import Finding, Measurement, first_light
 from instrument.reconstruction import reconstruct
@@ -139,7 +139,7 @@ def refuse_entering(measurement: Measurement) -> None:
         )
 
 
-def follow_out(left: Leaving, valid: Mask, background: Background, grid: Grid) -> Found:
+def follow_out(left: Leaving, valid: Mask, background: Background, grid: Grid, *, shape: Shape = "rigid") -> Found:
     """Refine path and image, first where the object is wholly inside, then where at least half of it is.
 
     Args:
@@ -147,6 +147,7 @@ def follow_out(left: Leaving, valid: Mask, background: Background, grid: Grid) -
         valid: ``(frames,)`` that were measured well.
         background: as in ``analyse``; one that stands still is found from the frames in which the object is wholly inside alone.
         grid: as in ``analyse``.
+        shape: as in ``analyse``, where there is no background.
     """
     finer = None if grid == "auto" else int(grid)
     inside = refine(left.whole, left.trajectory, grid=finer, background=background)
@@ -155,7 +156,7 @@ def follow_out(left: Leaving, valid: Mask, background: Background, grid: Grid) -
         path = going_on(inside.trajectory, left.end_frame)
         share = share_inside(inside.image.at_patterns, path.displacement_px)
         seen = replace(inside.measurement, valid=valid & (share >= _SEEN))
-        both = refine(seen, path, region=False, grid=finer, background="none")
+        both = refine(seen, path, region=False, grid=finer, background="none", shape=shape)
         found = Found(both.measurement, both.trajectory, both.image, inside.refinements + both.refinements)
     if found.trajectory is None:
         return found

@@ -59,9 +59,15 @@ class Figures(Frozen):
     """What the stage did, held against what it was told; None where the plan moved nothing."""
 
     turn_deg: float | None = None
-    """Angle of the last frame against frame 0, clockwise as one looks at the picture; None where the scheme sees none."""
+    """Angle of the last frame against frame 0, clockwise as one looks at the picture; None where none was seen."""
 
     turn_sigma_deg: NonNegativeFloat | None = None
+    """Its stated standard deviation, that of the last frame."""
+
+    growth: float | None = None
+    """Size of the object in the last frame over that in frame 0, less 1; None where it was not found to change."""
+
+    growth_sigma: NonNegativeFloat | None = None
     """Its stated standard deviation, that of the last frame."""
 
     displacement_mse_px2: float | None = None
@@ -113,6 +119,8 @@ class Figures(Frozen):
         if self.turn_deg is not None:
             sigma = "-" if self.turn_sigma_deg is None else f"{self.turn_sigma_deg:.2f}"
             rows["turn"] = f"{self.turn_deg:.2f} degrees clockwise (+- {sigma}, one sigma)"
+        if self.growth is not None and self.growth_sigma is not None:
+            rows["growth"] = f"{100 * self.growth:+.1f} % (+- {100 * self.growth_sigma:.1f}, one sigma)"
         if self.displacement_mse_px2 is not None and self.displacement_mse_offset_free_px2 is not None:
             rows["displacement MSE"] = (
                 f"{self.displacement_mse_px2:.4f} px^2 ({self.displacement_mse_offset_free_px2:.4f} offset-free)"
@@ -256,6 +264,9 @@ def _path_figures(trajectory: Trajectory | None, truth: Truth | None) -> dict[st
         turn_sigma = float(trajectory.angle_sigma_deg[-1])
         figures["turn_deg"] = float(trajectory.angle_deg[-1])
         figures["turn_sigma_deg"] = turn_sigma if np.isfinite(turn_sigma) else None
+    if trajectory.magnification is not None and trajectory.magnification_sigma is not None:
+        figures["growth"] = float(trajectory.magnification[-1] - 1)
+        figures["growth_sigma"] = float(trajectory.magnification_sigma[-1])
     if trajectory.start_px is not None and trajectory.start_sigma_px is not None:
         figures["start_px"] = tuple(trajectory.start_px.tolist())
         figures["start_sigma_px"] = tuple(trajectory.start_sigma_px.tolist())

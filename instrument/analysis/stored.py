@@ -5,7 +5,7 @@ from typing import get_args
 
 from instrument.analysis.analyse import Analysis, OnStep, analyse
 from instrument.analysis.merit import Figures
-from instrument.choices import Background, Grid, Method, Normalise, Tracking
+from instrument.choices import Background, Grid, Method, Normalise, Shape, Tracking
 from instrument.measurement import LightModel
 from instrument.recording import Recording
 from instrument.storage import open_recording, recording_info, refuse_unchangeable, refuse_while_written, write_analysis
@@ -22,6 +22,7 @@ def analyse_path(
     grid: Grid = "auto",
     mean_filter: int | None = None,
     normalise: Normalise = "auto",
+    shape: Shape = "auto",
     results: str | Path | None = None,
     on_step: OnStep | None = None,
 ) -> Figures:
@@ -37,6 +38,7 @@ def analyse_path(
         grid: image pixels that a pattern pixel has along each axis, as in ``analyse``.
         mean_filter: of the tracking ``per-frame``, as in ``analyse``.
         normalise: by what values are divided, as in ``analyse``.
+        shape: whether a slow change of the object's shape is found, as in ``analyse``.
         results: a new file for a copy with the analysis, which leaves the recording as it is; None writes into the recording.
         on_step: function that is called before each step.
 
@@ -55,6 +57,7 @@ def analyse_path(
         grid=grid,
         mean_filter=mean_filter,
         normalise=normalise,
+        shape=shape,
         on_step=on_step,
     )
     store(path, recording, analysis, results)
@@ -138,8 +141,11 @@ def store(
         path,
         displacement_px=None if found is None else analysis.padded(found.displacement_px, frames),
         sigma_px=None if found is None else analysis.padded(found.sigma_px, frames),
-        angle_deg=_of_run(analysis, None if found is None else found.angle_deg),
-        angle_sigma_deg=_of_run(analysis, None if found is None else found.angle_sigma_deg),
+        angle_deg=_of_run(frames, None if found is None else found.angle_deg),
+        angle_sigma_deg=_of_run(frames, None if found is None else found.angle_sigma_deg),
+        magnification=_of_run(frames, None if found is None else found.magnification),
+        magnification_sigma=_of_run(frames, None if found is None else found.magnification_sigma),
+        pivot_px=None if found is None else found.pivot_px,
         start_px=None if found is None else found.start_px,
         start_sigma_px=None if found is None else found.start_sigma_px,
         displacement_mm=_in_mm(analysis, frames)[0],
@@ -159,9 +165,9 @@ def store(
     )
 
 
-def _of_run(analysis: Analysis, series: Floats | None) -> Floats | None:
+def _of_run(frames: int, series: Floats | None) -> Floats | None:
     """Append NaN for the frames at the end of the recording that were not analysed, ``(frames,)`` in all."""
-    return None if series is None else analysis.padded(series[:, None], len(analysis.recording))[:, 0]
+    return None if series is None else Analysis.padded(series[:, None], frames)[:, 0]
 
 
 def _in_mm(analysis: Analysis, frames: int) -> tuple[Floats | None, Floats | None]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import typer
 
-from instrument.choices import Background, Grid, Method, Normalise, Tracking
+from instrument.choices import Background, Grid, Method, Normalise, Shape, Tracking
 from instrument.cli.analyse_series import SeriesOptions, analyse_several
 from instrument.cli.analyse_windows import in_windows, refuse_beside_window
 from instrument.cli.options import (
@@ -57,6 +57,13 @@ def analyse_file(
         Normalise,
         typer.Option(
             help="Divide values by the total light: smoothed over frames, each frame's own as published, or off."
+        ),
+    ] = "auto",
+    shape: Annotated[
+        Shape,
+        typer.Option(
+            help="Whether the object slowly turns or grows: found where the values show it (auto), never, always. Takes several "
+            "times as long where it does."
         ),
     ] = "auto",
     results: Annotated[
@@ -114,6 +121,7 @@ def analyse_file(
             grid=grid != "auto",
             mean_filter=mean_filter is not None,
             normalise=normalise != "auto",
+            shape=shape != "auto",
             table=bool(table),
             again=again,
             workers=workers is not None,
@@ -154,6 +162,7 @@ def analyse_file(
         grid=grid,
         mean_filter=mean_filter,
         normalise=normalise,
+        shape=shape,
     )
     if len(files) > 1 or files[0].is_dir() or options.several:
         analyse_several(files, request, options)
@@ -170,7 +179,7 @@ def analyse_file(
     if not no_pictures:
         picture_folder(folder)  # asked before the work, not after
     used = recording.first(frames) if frames else recording
-    analysis = analysed(used, tracking, method, fitted, grid, mean_filter, normalise)
+    analysis = analysed(used, tracking, method, fitted, grid, mean_filter, normalise, shape)
     _tell_idle(context, analysis)
     store(file, recording, analysis, results, key=request.key)
     drawn = [] if no_pictures else write_pictures(analysis, folder, (results or file).stem, kind)
@@ -182,7 +191,7 @@ def analyse_file(
         say(f"drawn {path}")
 
 
-_OF_IMAGES: Final = ("background", "grid", "method")
+_OF_IMAGES: Final = ("background", "grid", "method", "shape")
 _OF_PATHS: Final = ("mean_filter", "tracking")
 
 
@@ -209,6 +218,7 @@ def analysed(
     grid: Grid = "auto",
     mean_filter: int | None = None,
     normalise: Normalise = "auto",
+    shape: Shape = "auto",
 ) -> "Analysis":
     """Analyse with a progress bar, and say what is not as it should be.
 
@@ -231,6 +241,7 @@ def analysed(
             grid=grid,
             mean_filter=mean_filter,
             normalise=normalise,
+            shape=shape,
             on_step=lambda what, done, total: bars.update(task, description=what, completed=done, total=total),
         )
     for doubt in analysis.figures.doubts:

@@ -24,7 +24,8 @@ class View:
     """``(rows,)``: measured minus predicted value."""
 
     slope: Floats
-    """``(rows, 2)``: derivative of the predicted value by x and y, 1/px."""
+    """``(rows, 2)``: derivative of the predicted value by x and y, 1/px. That of the Hadamard values has two columns more where
+    the object's shape changes: by angle and logarithm of the magnification."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,9 +3,9 @@
 from dataclasses import dataclass, replace
 
 from instrument.measurement import LightModel, Measurement
-from instrument.reconstruction import Problem
+from instrument.reconstruction import Problem, Region
 from instrument.tracking import Trajectory
-from protocols import Singles
+from protocols import Floats, Singles
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +38,15 @@ class Iterate:
     def seen_as(self, image: Singles, still: Singles | None) -> "Iterate":
         """Give the values the changes of light that stem from the object's place; see ``Problem.seen_as``."""
         return replace(self, problem=self.problem.seen_as(image, still))
+
+    def about(self, pivot_px: Floats) -> "Iterate":
+        """Let the object turn and grow about a point from here on, ``(2,)`` x and y where it is not displaced."""
+        trajectory = replace(self.trajectory, pivot_px=pivot_px)
+        return replace(self, problem=self.problem.moved(trajectory), trajectory=trajectory)
+
+    def within(self, region: Region) -> "Iterate":
+        """Take an image that is 0 outside another region."""
+        return replace(self, problem=self.problem.within(region))
 
     def along(self, trajectory: Trajectory) -> "Iterate":
         """Take another path."""

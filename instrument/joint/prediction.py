@@ -39,7 +39,8 @@ class Prediction:
     """``(rows,)``: differences I_H+ - I_H-."""
 
     difference_slopes: Floats
-    """``(rows, 2)``: their derivatives by x and y, per px."""
+    """``(rows, 2)``: their derivatives by x and y, per px; ``(rows, 4)`` where the object's shape changes, by angle and logarithm
+    of the magnification too: at the same light where the values were divided by it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,15 +84,16 @@ class Predictor:
             still: ``(size, size)`` image of what stands still; None for nothing.
         """
         total = _steady_total(problem.values)
-        place_px = problem.places.fixed
-        values, slopes = self.fixed.values(self.fixed.maps(image), place_px)
-        bordering, _ = self.borders.values(self.borders.maps(image), place_px)
-        own_light, _ = self.all_on.values(self.all_on.maps(image), place_px.mean(axis=1, keepdims=True))
+        values, slopes = problem.fixed_values(self.fixed, image)
+        bordering, _ = problem.fixed_values(self.borders, image)
+        own_light = problem.total_light(self.all_on, image)[:, None]
         difference, difference_slopes = _differences(problem, image)
         if still is not None:
             values = values + problem.of_still(still)
             own_light = own_light + float(still.sum(dtype=np.float64))
             difference = difference + hadamard_values(replace(problem.field, grid=1), still, problem.values.pairs)
+        if problem.steady:
+            difference_slopes[:, 3:] -= 2 * difference[:, None]
         if self.reading.period_px is None:
             scale = total[:, None] / np.maximum(own_light, _TINY)
             values, slopes = values * scale, slopes * scale[..., None]
@@ -136,16 +138,19 @@ def _differences(problem: Problem, image: Singles) -> tuple[Floats, Floats]:
     brightness = problem.brightness()
     if brightness is None:
         return _evenly_lit(problem, image)
-    difference, slopes = np.zeros(len(problem.values)), np.zeros((len(problem.values), 2))
-    for of_rows, of_pixels in zip(brightness.of_rows, brightness.of_pixels, strict=True):
-        own, own_slopes = _evenly_lit(problem, of_pixels * image)
-        difference += of_rows * own
-        slopes += of_rows[:, None] * own_slopes
+    terms = [
+        (of_rows, *_evenly_lit(problem, of_pixels * image))
+        for of_rows, of_pixels in zip(brightness.of_rows, brightness.of_pixels, strict=True)
+    ]
+    difference = sum((of_rows * own for of_rows, own, _ in terms), start=np.zeros(len(problem.values)))
+    slopes = sum((of_rows[:, None] * own for of_rows, _, own in terms), start=np.zeros_like(terms[0][2]))
     return difference, slopes
 
 
 def _evenly_lit(problem: Problem, image: Singles) -> tuple[Floats, Floats]:
     """Give the same in a field that is lit evenly."""
+    if problem.places.shape is not None:
+        return problem.turned_rows().values(image)
     values, region, field = problem.values, problem.region, problem.field
     x_px, y_px = ((problem.places.positive + problem.places.negative) / 2).T
 

@@ -4,8 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from instrument.choices import Background
+from instrument.choices import Background, Shape
 from instrument.joint.background import background_of
+from instrument.joint.changing import changing
 from instrument.joint.detail import Picture, in_detail
 from instrument.joint.freedom import freedom_of
 from instrument.joint.grid import grid_of
@@ -62,6 +63,7 @@ def refine(
     grid: int | None = 1,
     background: Background = "auto",
     fitted: bool = True,
+    shape: Shape = "rigid",
 ) -> Refined:
     """Refine a trajectory and the light model by all that was measured, and reconstruct the image.
 
@@ -88,6 +90,8 @@ def refine(
             noise support it, else 1.
         fitted: whether leak, edge loss and offsets are fitted to the run. If not, the light model stays as it is.
         background: whether the light of something that stands still, and that nobody measured, is found too.
+        shape: whether the object's turning and growing is found too: where the values show it (``auto``), always (``changing``).
+            The path is then that of its centroid.
 
     Raises:
         InputError: as ``reconstruct``, or the scheme has no position.
@@ -109,8 +113,9 @@ def refine(
     usual = Picture.of(refinement.iterate.on_grid(finer))
     if usual.state.misfit > _WORSE * refinement.misfit_given:
         usual = Picture.of(given.on_grid(finer))
-    best = in_detail(usual, fitted=fitted)
-    if grid is None and finer > 1 and best.state.misfit > _NO_BETTER * refinement.misfit:
+    changed = None if shape == "rigid" else changing(usual, asked=shape == "changing", fitted=fitted)
+    best = changed or in_detail(usual, fitted=fitted)
+    if changed is None and grid is None and finer > 1 and best.state.misfit > _NO_BETTER * refinement.misfit:
         best = in_detail(
             Picture.of(usual.iterate.on_grid(1)), fitted=fitted
         )  # smaller pixels should explain more, not less

@@ -10,6 +10,7 @@ from instrument.joint.evidence import Evidence, View, evidence_of
 from instrument.joint.iterate import Iterate
 from instrument.joint.light_fit import fit_light
 from instrument.joint.prediction import Predictor
+from instrument.joint.shape_step import reshaped
 from instrument.numerics import Smooth, TvState, smooth, total_variation
 from instrument.reconstruction import METHODS
 from instrument.tracking import PathCovariance, Trajectory
@@ -32,6 +33,7 @@ _OF_STILL = 4.0  # variance of the offsets over that of the fit where an image o
 _TAKEN_BY_IMAGE = 0.2
 """Share of what the Hadamard values say of a slow motion that goes into the image instead: it bends as the path does. Measured
 for letter, plane and bars, as the share of such a motion's values that the solver's image follows: 0.1 to 0.25."""
+_ANOTHER = 1.0  # change of the shape over its uncertainty from which on the image is begun afresh
 _TINY = 1e-12
 
 
@@ -105,13 +107,22 @@ def refined(
             current, offset, uncertain = current.lit_by(fit.light), fit.offset, fit.offset_covariance
         evidence = evidence_of(current.problem, prediction, offset)
         position_misfit = evidence.misfit
-        trajectory = _gauss_newton_step(evidence, current.problem.values.frame, current.trajectory)
+        frame, shape_stands, afresh = current.problem.values.frame, True, False
+        trajectory = current.trajectory
+        if trajectory.pivot_px is not None:
+            step = reshaped(evidence, frame, trajectory)
+            evidence, trajectory, shape_stands = step.evidence, step.trajectory, step.over_sigma < _STANDS_STILL
+            afresh = step.over_sigma > _ANOTHER
+        trajectory = _gauss_newton_step(evidence, frame, trajectory)
         change_px = trajectory.displacement_px - current.trajectory.displacement_px
         current = current.along(trajectory)
         if current.problem.still:  # what stands still gives the position values offsets, which its image hardly tells
-            beside_px2 = of_offsets(evidence, _OF_STILL * uncertain, current.problem.values.frame, len(trajectory))
-        if np.mean(change_px**2) < _STANDS_STILL**2 * np.mean(trajectory.sigma_px**2):
+            beside_px2 = of_offsets(evidence, _OF_STILL * uncertain, frame, len(trajectory))
+        state = None if afresh and refinements < _MOST_REFINEMENTS else state
+        if shape_stands and np.mean(change_px**2) < _STANDS_STILL**2 * np.mean(trajectory.sigma_px**2):
             break
+    if current.trajectory.pivot_px is not None and state is not None:
+        current = current.seen_as(state.image, state.images[1] if current.problem.still else None)
     beside_px2 = beside_px2 + _of_uneven_light(current, image)
     sure = widened(current.trajectory, beside_px2, current.measurement.student_ratio)
     current = replace(current, trajectory=sure)
@@ -148,7 +159,7 @@ def _gauss_newton_step(evidence: Evidence, frame: Integers, last: Trajectory) ->
         last_px = last.displacement_px[:, axis]
         information, score = np.zeros(len(last)), np.zeros(len(last))
         for view in evidence.views:
-            residual = view.residual - np.vecdot(view.slope, step_px)
+            residual = view.residual - np.vecdot(view.slope[:, :2], step_px)
             information[frame] += view.slope[:, axis] ** 2
             score[frame] += view.slope[:, axis] * residual
         if not (information > 0).any():

@@ -143,7 +143,10 @@ def _rows(values: ImageValues, field: Field, pose: _Pose, pivot_px: Floats, regi
     index = np.arange(len(pose.place))
     series: list[Floats] = [np.asarray(np.interp(frame, index, pose.place[:, k]), np.float64) for k in range(3)]
     at: Floats = np.stack(series, axis=1)
-    return TurnedRows.of(field, values.pairs, at, pivot_px, region or _region(pose, pivot_px, field.size))
+    not_grown = np.zeros((len(at), 1))
+    return TurnedRows(
+        field, values.pairs, np.hstack([at, not_grown]), pivot_px, region or _region(pose, pivot_px, field.size)
+    )
 
 
 def _frame_s(values: ImageValues) -> float:

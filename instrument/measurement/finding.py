@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 FindingKind: TypeAlias = Literal[
-    "impossible counts", "shifted patterns", "wild counts", "wiring", "lamp", "leaves the field"
+    "impossible counts", "shifted patterns", "wild counts", "wiring", "lamp", "leaves the field", "changes shape"
 ]
 
 

@@ -11,9 +11,11 @@ from instrument.reconstruction.correlation import FixedPatterns
 from instrument.reconstruction.field import Field
 from instrument.reconstruction.fourier_rows import FourierRows
 from instrument.reconstruction.lit_rows import Brightness, Lit
+from instrument.reconstruction.object_shape import ObjectShape
 from instrument.reconstruction.region import Region
 from instrument.reconstruction.shifted_hadamard import ShiftedHadamard
 from instrument.reconstruction.still_hadamard import StillHadamard
+from instrument.reconstruction.turned_hadamard import DenseRows, TurnedRows
 from instrument.schemes import Scheme, image_rows_of, position_of
 from instrument.tracking import Trajectory
 from protocols import Bytes, Floats, InputError, Singles
@@ -32,11 +34,19 @@ class Places:
     fixed: Floats
     """``(rows, k, 2)``: during each pattern that measures position."""
 
+    shape: ObjectShape | None = None
+    """How the object is turned, and how large it is; None where its shape stays."""
+
     @classmethod
     def along(cls, trajectory: Trajectory, values: ImageValues) -> Self:
         """Read a trajectory at the times of the patterns."""
         place_px = trajectory.at(values.time_s)
-        return cls(place_px[:, 0], place_px[:, 1], place_px[:, 2:])
+        return cls(place_px[:, 0], place_px[:, 1], place_px[:, 2:], ObjectShape.along(trajectory, values.time_s))
+
+    @property
+    def pair_px(self) -> Floats:
+        """``(rows, 2)``: displacement in the middle between H+ and H-."""
+        return (self.positive + self.negative) / 2
 
     @property
     def every_px(self) -> Floats:
@@ -69,7 +79,7 @@ class Problem:
     """Field of the patterns, and the grid of the object's image."""
 
     steady: bool
-    """Whether changes of the total light stem from the lamp: the object stays inside the field."""
+    """Whether values were divided by the total light, as its changes stem from the lamp: the object stays inside the field."""
 
     still: bool = False
     """Whether light of something that stands still is unknown too: a second image, of the whole field, on the patterns' grid."""
@@ -109,7 +119,8 @@ class Problem:
         places = Places.along(trajectory, values)
         region = Region.inside(places.every_px, values.size) if inside else Region.whole(values.size)
         field = Field(values.size, grid, measurement.edge_loss_a_side)
-        return cls(measurement.scheme, values, places, region, field, inside, still, measurement.light.profile)
+        steady = inside and measurement.normalise != "off"
+        return cls(measurement.scheme, values, places, region, field, steady, still, measurement.light.profile)
 
     def moved(self, trajectory: Trajectory) -> "Problem":
         """State the same problem for another trajectory."""
@@ -123,21 +134,62 @@ class Problem:
         return replace(self, values=values, field=replace(self.field, edge_loss=measurement.edge_loss_a_side))
 
     def seen_as(self, image: Floats | Singles, still: Floats | Singles | None) -> "Problem":
-        """Give the values their changes of light that stem from the object's place in a field that is not evenly lit.
+        """Give the values their changes of light that stem from the object.
+
+        Those are from its place in a field that is not evenly lit, and from its size.
 
         Args:
             image: image of the object, of the problem's region and on any grid.
             still: ``(size, size)`` image of what stands still; None for nothing.
         """
-        if self.profile is None or not self.steady:
+        if (self.profile is None and self.places.shape is None) or not self.steady:
             return self
         own = self.on_grid(image.shape[0] // self.region.height).all_light()
-        light = own.values(own.maps(np.asarray(image, np.float32)), self.places.middle_px[:, None])[0][:, 0]
+        light = self.total_light(own, np.asarray(image, np.float32))
         light = light + (0.0 if still is None else float(still.sum(dtype=np.float64)))
         if not (light > 0).all():
             return self
         seen = light / light.mean()
         return replace(self, values=self.values.times(seen if self.seen is None else seen / self.seen), seen=seen)
+
+    def fixed_values(self, patterns: FixedPatterns, image: Singles) -> tuple[Floats, Floats]:
+        """Give the values of an image that patterns measure during those that measure position, and their derivatives.
+
+        Args:
+            patterns: as many as those that measure position, on the problem's grid.
+            image: image pixels of the region.
+
+        Returns:
+            ``(rows, k)``, and ``(rows, k, 2)`` by x and y, per px.
+        """
+        places, shape = self.places, self.places.shape
+        if shape is None:
+            return patterns.values(patterns.maps(image), places.fixed)
+        return shape.values(patterns, image, places.fixed, shape.fixed)
+
+    def total_light(self, all_light: FixedPatterns, image: Singles) -> Floats:
+        """``(rows,)``: light of an image through a pattern that lets all through, ``all_light``."""
+        places, shape = self.places, self.places.shape
+        middle_px = places.middle_px[:, None]
+        if shape is None:
+            return all_light.values(all_light.maps(image), middle_px)[0][:, 0]
+        return shape.values(all_light, image, middle_px, shape.fixed.mean(axis=1, keepdims=True))[0][:, 0]
+
+    def within(self, region: Region) -> "Problem":
+        """State the same problem for an image that is 0 outside another region."""
+        return replace(self, region=region)
+
+    def turned_rows(self) -> TurnedRows:
+        """Give the Hadamard patterns as an object sees them whose shape changes, both of a pair at their common middle.
+
+        Raises:
+            ValueError: the shape stays.
+        """
+        shape = self.places.shape
+        if shape is None:
+            raise ValueError("rows of an object that turns, for one that does not")
+        pose = np.hstack([self.places.pair_px, shape.pair])
+        return TurnedRows(self.field, self.values.pairs, pose, shape.pivot_px, self.region)
 
     def with_still(self) -> "Problem":
         """State the problem with an image of what stands still too."""
@@ -150,9 +202,14 @@ class Problem:
     def hadamard(self) -> tuple[Weighted, Singles]:
         """Give whitened rows of the differences I_H+ - I_H-, and the whitened differences, ``(rows,)``."""
         values, places = self.values, self.places
-        operator: Operator = ShiftedHadamard.differential(
-            values.pairs, places.positive, places.negative, self.field, self.region
-        )
+        operator: Operator
+        if places.shape is None:
+            operator = ShiftedHadamard.differential(
+                values.pairs, places.positive, places.negative, self.field, self.region
+            )
+        else:
+            rows = self.turned_rows()
+            operator = DenseRows(rows.matrix(), rows.image_shape)
         brightness = self.brightness()
         if brightness is not None:
             operator = Lit(operator, brightness)
@@ -208,8 +265,7 @@ class Problem:
         """Give the brightness through which the object is seen in each row; None where the field is lit evenly."""
         if self.profile is None:
             return None
-        places_px = (self.places.positive + self.places.negative) / 2
-        return Brightness.of(self.profile.over(self.field.size), places_px, self.field, self.region)
+        return Brightness.of(self.profile.over(self.field.size), self.places.pair_px, self.field, self.region)
 
     def _lit(self, patterns: Singles) -> Singles:
         """Give patterns, ``(n, pixels, pixels)``, in the light that falls on them."""

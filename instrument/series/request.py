@@ -3,7 +3,7 @@
 import hashlib
 from typing import Any
 
-from instrument.choices import Background, Grid, Method, Normalise, Tracking
+from instrument.choices import Background, Grid, Method, Normalise, Shape, Tracking
 from instrument.storage import program
 from protocols import Frozen
 
@@ -35,6 +35,9 @@ class Request(Frozen):
     normalise: Normalise = "auto"
     """By what values are divided."""
 
+    shape: Shape = "auto"
+    """Whether a slow change of the object's shape is found with its path."""
+
     @property
     def key(self) -> str:
         """Digest of the settings and of the program: an analysis that carries it need not be made again."""
@@ -43,5 +46,5 @@ class Request(Frozen):
     @property
     def settings(self) -> dict[str, Any]:
         """Give the arguments that ``analyse`` takes."""
-        names = ("tracking", "method", "background", "grid", "mean_filter", "normalise")
+        names = ("tracking", "method", "background", "grid", "mean_filter", "normalise", "shape")
         return {name: getattr(self, name) for name in names}

@@ -38,6 +38,12 @@ class StoredAnalysis:
     angle_sigma_deg: Floats | None
     """``(frames,)``: its standard uncertainty."""
 
+    magnification: Floats | None
+    """``(frames,)``: size over that at frame 0."""
+
+    magnification_sigma: Floats | None
+    """``(frames,)``: its standard uncertainty."""
+
     image: Floats | None
     """``(rows, columns)``: the image at frame 0, row = y (down)."""
 
@@ -65,6 +71,8 @@ def stored_analysis(path: str | Path) -> StoredAnalysis | None:
             sigma_mm=_array(entry, "track/sigma_mm"),
             angle_deg=_array(entry, "track/angle_deg"),
             angle_sigma_deg=_array(entry, "track/angle_sigma_deg"),
+            magnification=_array(entry, "track/magnification"),
+            magnification_sigma=_array(entry, "track/magnification_sigma"),
             image=_array(entry, "image/image"),
             still=_array(entry, "background/background"),
         )

@@ -1,6 +1,6 @@
 """What tracking and reconstruction found, written into the recording they were made from."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,9 @@ def write_analysis(
     sigma_px: Floats | None = None,
     angle_deg: Floats | None = None,
     angle_sigma_deg: Floats | None = None,
+    magnification: Floats | None = None,
+    magnification_sigma: Floats | None = None,
+    pivot_px: Floats | None = None,
     start_px: Floats | None = None,
     start_sigma_px: Floats | None = None,
     displacement_mm: Floats | None = None,
@@ -47,6 +50,9 @@ def write_analysis(
         sigma_px: ``(frames, 2)`` standard uncertainty of ``displacement_px``.
         angle_deg: ``(frames,)`` angle since frame 0, clockwise in the picture; NaN where unknown; None where it was not measured.
         angle_sigma_deg: ``(frames,)`` its standard uncertainty.
+        magnification: ``(frames,)`` size over that at frame 0; NaN where unknown; None where it was not found to change.
+        magnification_sigma: ``(frames,)`` its standard uncertainty.
+        pivot_px: ``(2,)`` x, y at frame 0 of the point about which the object turns and grows; None where it does neither.
         start_px: ``(2,)`` x, y of the object's centroid at frame 0, in px of the field; None where it was not measured.
         start_sigma_px: ``(2,)`` its standard uncertainty.
         displacement_mm: ``(frames, 2)`` along the stage's axis and across it, relative to frame 0; None without a calibration.
@@ -89,23 +95,27 @@ def write_analysis(
         analysis.add("table", texts[0])
         analysis.add("settings", texts[1])
         if displacement_px is not None:
-            track = analysis.group("track", "NXdata", signal="displacement_px", axes=[".", "."])
-            track.add("displacement_px", displacement_px, units="px", long_name="x, y relative to frame 0")
-            if sigma_px is not None:
-                track.add("sigma_px", sigma_px, units="px")
-            if angle_deg is not None:
-                track.add("angle_deg", angle_deg, units="degree", long_name="turn since frame 0, from x to y")
-            if angle_sigma_deg is not None:
-                track.add("angle_sigma_deg", angle_sigma_deg, units="degree")
-            if start_px is not None:
-                track.add("start_px", start_px, units="px", long_name="x, y of the centroid at frame 0 in the field")
-            if start_sigma_px is not None:
-                track.add("start_sigma_px", start_sigma_px, units="px")
-            if displacement_mm is not None:
-                long_name = "along the stage's axis and across it, relative to frame 0"
-                track.add("displacement_mm", displacement_mm, units="mm", long_name=long_name)
-            if sigma_mm is not None:
-                track.add("sigma_mm", sigma_mm, units="mm")
+            _add_track(
+                analysis,
+                displacement_px,
+                [
+                    ("sigma_px", sigma_px, "px", None),
+                    ("angle_deg", angle_deg, "degree", "turn since frame 0, from x to y"),
+                    ("angle_sigma_deg", angle_sigma_deg, "degree", None),
+                    ("magnification", magnification, None, "size over that at frame 0"),
+                    ("magnification_sigma", magnification_sigma, None, None),
+                    ("pivot_px", pivot_px, "px", "x, y at frame 0 of the point whose displacement it is"),
+                    ("start_px", start_px, "px", "x, y of the centroid at frame 0 in the field"),
+                    ("start_sigma_px", start_sigma_px, "px", None),
+                    (
+                        "displacement_mm",
+                        displacement_mm,
+                        "mm",
+                        "along the stage's axis and across it, relative to frame 0",
+                    ),
+                    ("sigma_mm", sigma_mm, "mm", None),
+                ],
+            )
         if image is not None:
             picture = analysis.group("image", "NXdata", signal="image", axes=["y_px", "x_px"])
             picture.add("image", image, long_name="image at frame 0")
@@ -117,6 +127,18 @@ def write_analysis(
             picture.add("background", still, long_name="image of what stands still")
             _add_axes(picture, still, size)
         entry.set_attributes(default="analysis")
+
+
+def _add_track(
+    analysis: Group, displacement_px: Floats, others: Iterable[tuple[str, Floats | None, str | None, str | None]]
+) -> None:
+    """Give the path, and of the others (name, array, unit, long name) those that there are."""
+    track = analysis.group("track", "NXdata", signal="displacement_px", axes=[".", "."])
+    track.add("displacement_px", displacement_px, units="px", long_name="x, y relative to frame 0")
+    for name, array, units, long_name in others:
+        if array is not None:
+            attributes = {"units": units, "long_name": long_name}
+            track.add(name, array, **{key: text for key, text in attributes.items() if text is not None})
 
 
 def _add_windows(analysis: Group, images: Floats, frames: Integers, size: int) -> None:

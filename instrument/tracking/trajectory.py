@@ -40,10 +40,20 @@ class Trajectory:
 
     angle_deg: Floats | None = None
     """``(frames,)``: angle by which the object has turned since frame 0, from x to y, clockwise as one looks at the picture; the
-    displacement is then that of its centroid. None where the scheme sees no angle."""
+    displacement is then that of its centroid. None where the scheme sees no angle, and the object was not found to turn."""
 
     angle_sigma_deg: Floats | None = None
     """``(frames,)``: standard deviation of ``angle_deg``."""
+
+    magnification: Floats | None = None
+    """``(frames,)``: size of the object over that at frame 0; None where it was not found to change."""
+
+    magnification_sigma: Floats | None = None
+    """``(frames,)``: standard deviation of ``magnification``."""
+
+    pivot_px: Floats | None = None
+    """``(2,)``: x, y at frame 0 of the point whose displacement is given, about which the object turns and grows, in px of the
+    field; None where it does neither."""
 
     start_px: Floats | None = None
     """``(2,)``: x, y of the object's centroid at frame 0, in px of the field, whose first pixel has its middle at 0; None where
@@ -133,6 +143,10 @@ class Trajectory:
             columns["angle_deg"] = self.angle_deg
         if self.angle_sigma_deg is not None:
             columns["sigma_angle_deg"] = self.angle_sigma_deg
+        if self.magnification is not None:
+            columns["magnification"] = self.magnification
+        if self.magnification_sigma is not None:
+            columns["sigma_magnification"] = self.magnification_sigma
         if self.scale is not None:
             (along, across), (sigma_along, sigma_across) = self.displacement_mm.T, self.sigma_mm.T
             columns |= {"along_mm": along, "across_mm": across}

@@ -1,12 +1,14 @@
 """The analysis of a file, as a script asks for it."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from instrument import Instrument
-from instrument.analysis import analyse_path
+from instrument.analysis import analyse, analyse_path, store
+from instrument.storage import open_recording, stored_analysis
 from tests.support.benches import SMALL, bench_toml
 from tests.support.plain_hdf5 import array
 
@@ -39,3 +41,28 @@ def test_frames_that_were_left_out_are_nan_in_the_file(run: Path) -> None:
     assert figures.frames == 25
     assert np.isfinite(stored_px[:25]).all()
     assert np.isnan(stored_px[25:]).all()
+
+
+def test_a_change_of_shape_is_stored_for_all_frames(run: Path, tmp_path: Path) -> None:
+    """Of 25 of 40 frames; the rest is not known. A table has it too."""
+    pytest.importorskip("pandas")
+    recording = open_recording(run)
+    analysis = analyse(recording.first(25), tracking="per-frame", method="conventional")
+    assert analysis.trajectory is not None
+    part = np.arange(25) / 25
+    path = replace(
+        analysis.trajectory, magnification=1 + part, magnification_sigma=0.1 * part, pivot_px=np.array([3.0, 4.0])
+    )
+    frame = path.to_dataframe()
+    assert frame["magnification"].tolist() == (1 + part).tolist()
+    assert frame["sigma_magnification"].tolist() == (0.1 * part).tolist()
+
+    copy = tmp_path / "copy.h5"
+    store(run, recording, replace(analysis, trajectory=path), copy)
+    stored = stored_analysis(copy)
+    assert stored is not None
+    assert stored.magnification is not None
+    assert stored.magnification_sigma is not None
+    np.testing.assert_array_equal(stored.magnification, [*(1 + part), *[np.nan] * 15])
+    np.testing.assert_array_equal(stored.magnification_sigma, [*(0.1 * part), *[np.nan] * 15])
+    assert array(copy, "/entry/analysis/track/pivot_px").tolist() == [3.0, 4.0]

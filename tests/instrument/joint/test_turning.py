@@ -24,7 +24,7 @@ def patterns() -> tuple[Integers, Floats]:
 def test_rows_of_an_object_that_has_not_turned_are_the_structured_ones() -> None:
     pairs, places_px = patterns()
     region = Region(3, 2, 9, 10)
-    turned = TurnedRows.of(FIELD, pairs, np.column_stack([places_px, np.zeros(40)]), np.array([7.3, 6.1]), region)
+    turned = TurnedRows(FIELD, pairs, np.column_stack([places_px, np.zeros((40, 2))]), np.array([7.3, 6.1]), region)
     structured = ShiftedHadamard.single(pairs, places_px, FIELD, region)
     image = np.random.default_rng(1).random((9, 10)).astype(np.float32)
 
@@ -37,24 +37,42 @@ def test_rows_of_a_quarter_turn_are_those_of_the_turned_image() -> None:
     pairs, _ = patterns()
     image = np.random.default_rng(1).random((16, 16)).astype(np.float32)
     middle_px = np.array([7.5, 7.5])
-    quarter = np.column_stack([np.zeros((40, 2)), np.full(40, np.pi / 2)])
-    still = TurnedRows.of(FIELD, pairs, np.zeros((40, 3)), middle_px, Region.whole(16))
-    turned = TurnedRows.of(FIELD, pairs, quarter, middle_px, Region.whole(16))
+    quarter = np.column_stack([np.zeros((40, 2)), np.full(40, np.pi / 2), np.zeros(40)])
+    still = TurnedRows(FIELD, pairs, np.zeros((40, 4)), middle_px, Region.whole(16))
+    turned = TurnedRows(FIELD, pairs, quarter, middle_px, Region.whole(16))
 
     np.testing.assert_allclose(turned.values(image)[0], still.values(np.rot90(image, -1))[0], atol=1e-3)
 
 
+def test_rows_of_an_object_twice_as_large_have_four_times_the_light() -> None:
+    """Twice as large about the middle, a square of 4 px is one of 8 px."""
+    pairs, _ = patterns()
+    middle_px = np.array([7.5, 7.5])
+    small, large = np.zeros((2, 16, 16), np.float32)
+    small[6:10, 6:10], large[4:12, 4:12] = 1.0, 1.0
+    all_on = np.zeros((1, 2), np.int64)
+    twice = np.array([[0.0, 0.0, 0.0, np.log(2.0)]])
+
+    grown = TurnedRows(FIELD, all_on, twice, middle_px, Region.whole(16))
+    assert grown.values(small)[0][0] == pytest.approx(64.0)
+    coarse = pairs[(pairs < 4).all(axis=1)]  # what a pixel twice as wide covers is taken at its middle
+    grown = TurnedRows(FIELD, coarse, twice.repeat(len(coarse), 0), middle_px, Region.whole(16))
+    expected = TurnedRows(FIELD, coarse, np.zeros((len(coarse), 4)), middle_px, Region.whole(16))
+    np.testing.assert_allclose(grown.values(small)[0], expected.values(large)[0], atol=1e-3)
+
+
 def test_slopes_are_the_derivatives_of_the_values() -> None:
     pairs, places_px = patterns()
-    pose = np.column_stack([places_px, np.random.default_rng(2).uniform(-1, 1, 40)])
+    rng = np.random.default_rng(2)
+    pose = np.column_stack([places_px, rng.uniform(-1, 1, 40), rng.uniform(-0.2, 0.2, 40)])
     image = np.random.default_rng(1).random((9, 10)).astype(np.float32)
 
     def rows(pose: Floats) -> TurnedRows:
-        return TurnedRows.of(FIELD, pairs, pose, np.array([7.3, 6.1]), Region(3, 2, 9, 10))
+        return TurnedRows(FIELD, pairs, pose, np.array([7.3, 6.1]), Region(3, 2, 9, 10))
 
     values, slopes = rows(pose).values(image)
     np.testing.assert_allclose(rows(pose).matrix() @ image.ravel(), values, atol=1e-4)
-    for k, step in ((0, 1e-5), (1, 1e-5), (2, 1e-6)):
+    for k, step in ((0, 1e-5), (1, 1e-5), (2, 1e-6), (3, 1e-6)):
         moved = pose.copy()
         moved[:, k] += step
         found = (rows(moved).values(image)[0] - values) / step

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from instrument.plan import Plan
-from instrument.storage import RecordingWriter, write_analysis
+from instrument.storage import RecordingWriter, stored_analysis, write_analysis
 from protocols import CountBlock, InputError
 from tests.support import plain_hdf5 as plain
 
@@ -98,6 +98,34 @@ def test_a_figure_that_is_not_finite_is_null_so_that_the_table_stays_json(path: 
     write_analysis(path, displacement_px=TRACK, image=IMAGE, table=table)
     stored = json.loads(plain.text(path, "entry/analysis/table"), parse_constant=pytest.fail)
     assert stored == {"ssim": None, "sigma": [None, 0.5], "frames": 8, "note": None}
+
+
+def test_how_the_object_turned_and_grew_is_stored_with_its_path(path: Path) -> None:
+    part = np.linspace(0.0, 1.0, 4)
+    write_analysis(
+        path,
+        displacement_px=TRACK,
+        image=IMAGE,
+        angle_deg=3 * part,
+        angle_sigma_deg=0.5 * part,
+        magnification=1 + 0.03 * part,
+        magnification_sigma=0.004 * part,
+        pivot_px=np.array([3.5, 4.0]),
+    )
+    stored = stored_analysis(path)
+    assert stored is not None
+    for found, expected in (
+        (stored.angle_deg, 3 * part),
+        (stored.angle_sigma_deg, 0.5 * part),
+        (stored.magnification, 1 + 0.03 * part),
+        (stored.magnification_sigma, 0.004 * part),
+    ):
+        np.testing.assert_array_equal(found, expected)
+    np.testing.assert_array_equal(plain.array(path, "entry/analysis/track/pivot_px"), [3.5, 4.0])
+    with plain.opened(path) as file:
+        track = file["entry/analysis/track"]
+        assert track["angle_deg"].attrs["units"] == "degree"
+        assert "units" not in track["magnification"].attrs
 
 
 def test_what_json_does_not_know_is_refused(path: Path) -> None:
