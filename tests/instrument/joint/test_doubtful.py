@@ -37,7 +37,7 @@ def test_an_offset_moves_the_place_by_its_value_over_the_slope_as_far_as_positio
     by_offset[:, 0] = np.linspace(0.0, 50.0, FRAMES)
     x = AxisView(View(np.zeros(FRAMES), np.tile([2.0, 0.0], (FRAMES, 1))), by_offset, None)
     y = AxisView(View(np.zeros(FRAMES), np.tile([0.0, 2.0], (FRAMES, 1))), np.zeros((FRAMES, 4)), None)
-    evidence = Evidence(x, y, View(np.zeros(FRAMES), np.ones((FRAMES, 2))))
+    evidence = Evidence(x, y, View(np.zeros(FRAMES), np.ones((FRAMES, 2))), misfit=1.0)
     found = of_offsets(evidence, np.diag([0.01**2, 1.0, 1.0, 1.0]), frame, FRAMES)
     np.testing.assert_allclose(np.sqrt(found[:, 0]), 0.8 * by_offset[:, 0] * 0.01 / 2)
     assert not found[:, 1].any()

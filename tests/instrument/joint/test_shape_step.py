@@ -70,7 +70,7 @@ def test_a_step_adds_to_the_shape_so_far_and_is_taken_off_the_residuals() -> Non
     slope, frame = _slopes(), np.arange(FRAMES)
     change = np.stack([0.02 * TIME, -0.003 * TIME], axis=1)
     hadamard = View(np.vecdot(slope[:, 2:], change) + _noise(), slope)
-    nothing = AxisView(View(np.zeros(FRAMES), np.zeros((FRAMES, 2))), None)
+    nothing = AxisView(View(np.zeros(FRAMES), np.zeros((FRAMES, 2))), np.zeros((FRAMES, 4)), None)
     part = (TIME + 1) / 2
     last = Trajectory(
         np.zeros((FRAMES, 2)),
@@ -82,7 +82,7 @@ def test_a_step_adds_to_the_shape_so_far_and_is_taken_off_the_residuals() -> Non
         magnification=1 + 0.02 * part,
         pivot_px=np.zeros(2),
     )
-    step = reshaped(Evidence(nothing, nothing, hadamard), frame, last)
+    step = reshaped(Evidence(nothing, nothing, hadamard, misfit=1.0), frame, last)
     found = step.trajectory
     assert found.angle_deg is not None
     assert found.angle_sigma_deg is not None
