@@ -145,7 +145,7 @@ def _direction(trajectory: Trajectory, commanded_mm: float) -> tuple[float | Non
     away_deg = _within_half_a_turn(moved - expected)
     if abs(away_deg) <= _AWAY_DEG:
         return away_deg, ()
-    ways = [
+    ways: list[Orientation] = [
         way for way in ORIENTATIONS if abs(_within_half_a_turn(upright_angle_deg(moved, way) - expected)) < _AWAY_DEG
     ]
     return away_deg, tuple(ways)

@@ -7,7 +7,6 @@ import os
 import sys
 from collections.abc import Generator
 from contextlib import ExitStack, contextmanager
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
@@ -70,13 +69,14 @@ def run(
     """Acquire: move the stage, play the patterns, count the light, write the recording while it runs."""
     from instrument.cli.log import log_beside
     from instrument.plan import Plan
+    from instrument.session import next_name
     from instrument.storage import hdf5_has_failed
     from instrument.views import OUT, say, show_error, timing_table, warn
     from protocols import KinopixError
 
     try:
         page = PageOptions(host, port, token, control) if web else None
-        out = out or Path(f"run-{datetime.now(UTC):%Y%m%d-%H%M%S}.h5")
+        out = out or next_name(Path())
         if log:
             log_beside(out, context.obj)
         asked = with_about(Plan.from_toml(plan), title=title, sample=sample, user=user, notes=notes)

@@ -18,6 +18,7 @@ from instrument.session.events import (
 from instrument.session.feed import Feed
 from instrument.session.holding import hold
 from instrument.session.instrument import Instrument
+from instrument.session.naming import next_name
 from instrument.session.opening import open_devices, surroundings
 from instrument.session.probing import Probed, probe_bench
 from instrument.session.run import Run, Written
@@ -58,6 +59,7 @@ __all__ = [
     "event_from_json",
     "hold",
     "make_safe",
+    "next_name",
     "open_devices",
     "probe_bench",
     "simulate",

@@ -1,7 +1,6 @@
 """The bench as one thing: composes the devices, runs plans, keeps everything safe."""
 
 from collections.abc import Collection, Sequence
-from datetime import UTC, datetime
 from pathlib import Path
 from threading import Lock
 from types import TracebackType
@@ -15,6 +14,7 @@ from instrument.roles import STAGE, RoleName
 from instrument.schemes import scheme_of
 from instrument.session.channel import Listener
 from instrument.session.holding import hold
+from instrument.session.naming import next_name
 from instrument.session.opening import open_devices
 from instrument.session.run import Run
 from instrument.session.safety import make_safe
@@ -216,7 +216,7 @@ class Instrument:
                 )
             _refuse_deaf(listeners)
             sequence = self.check(plan).passed()
-            path = path_of(out) if out is not None else Path(f"run-{datetime.now(UTC):%Y%m%d-%H%M%S}.h5")
+            path = path_of(out) if out is not None else next_name(Path())
             refuse_existing(path, overwrite=overwrite)
             refuse_full_disk(path, plan.patterns)
             detector = None if self._calibration is None else self._calibration.detector

@@ -1,13 +1,12 @@
 """What the thread that holds the bench does while pages look on: it takes up their wishes, one after the other."""
 
 from collections.abc import Callable
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final, NoReturn
 
 from instrument.live import LiveAnalysis
 from instrument.plan import Plan
-from instrument.session import Instrument, Run
+from instrument.session import Instrument, Run, next_name
 from instrument.web.board import Board
 from instrument.web.desk import Desk, Wish
 from protocols import KinopixError, SafeStateFailed
@@ -113,7 +112,7 @@ class _Bench:
 
     def _start(self) -> str:
         plan, page = self._planned(), self._page
-        out = self._folder / f"run-{datetime.now(UTC):%Y%m%d-%H%M%S}.h5"
+        out = next_name(self._folder)
         board = page.begins(self._instrument, plan)
         try:
             with self._instrument.start(plan, out, listeners=[LiveAnalysis(plan), board]) as run:
