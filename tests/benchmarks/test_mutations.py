@@ -119,6 +119,7 @@ def test_a_change_that_a_test_sees_is_killed_and_the_work_tree_stays_as_it_is(pr
     assert {path: path.read_bytes() for path in sorted(project.rglob("*")) if path.is_file()} == before
 
 
+@pytest.mark.thorough
 def test_a_change_that_never_ends_is_killed_by_time(project: Path, tmp_path: Path) -> None:
     (project / "pkg/near.py").write_text("while 1 - 1:\n    pass\n\ndef near(a, b):\n    return a - b < 2\n")
     tree = Tree(tmp_path / "home", project)

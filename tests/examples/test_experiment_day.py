@@ -9,6 +9,7 @@ import pytest
 SCRIPT = Path(__file__).parents[2] / "examples" / "experiment_day.py"
 
 
+@pytest.mark.thorough
 def test_the_whole_day_is_recorded_and_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

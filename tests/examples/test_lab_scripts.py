@@ -59,7 +59,7 @@ def calibrated(bench: Path) -> Path:
     return bench
 
 
-@pytest.mark.parametrize("kind", ["simulated", "emulated"])
+@pytest.mark.parametrize("kind", ["simulated", pytest.param("emulated", marks=pytest.mark.thorough)])
 def test_five_speeds_are_measured_as_they_were_commanded(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -81,7 +81,7 @@ def test_five_speeds_want_a_calibrated_bench(tmp_path: Path, monkeypatch: pytest
         script(monkeypatch, "five_speeds", bench_toml(tmp_path, SCENE), plan_toml(tmp_path, PLAN), tmp_path / "out")
 
 
-@pytest.mark.parametrize("kind", ["simulated", "emulated"])
+@pytest.mark.parametrize("kind", [pytest.param("simulated", marks=pytest.mark.thorough), "emulated"])
 def test_runs_are_repeated_until_the_image_is_good(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

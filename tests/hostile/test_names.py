@@ -83,6 +83,7 @@ def test_a_scene_and_a_driver_of_any_name_are_told_as_they_stand(tmp_path: Path,
         )
 
 
+@pytest.mark.thorough
 def test_a_demo_into_a_folder_of_any_name_ends_well(tmp_path: Path, told: Told) -> None:
     folder = tmp_path / NAMES[0] / NAMES[-3]
     said = told("demo", "--out", folder)

@@ -13,7 +13,7 @@ from tests.hostile.recordings import KINDS, spoiled
 from tests.support.benches import SMALL, bench_toml
 
 
-@pytest.fixture(scope="module", params=[16, 32])
+@pytest.fixture(scope="module", params=[16, pytest.param(32, marks=pytest.mark.thorough)])
 def recording(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Recording:
     """A good run of 120 frames."""
     folder = tmp_path_factory.mktemp("recordings")

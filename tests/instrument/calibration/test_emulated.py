@@ -30,6 +30,7 @@ DEVICES: dict[str, Any] = {
 }
 
 
+@pytest.mark.thorough
 def test_play_is_found_and_scale_and_axis_with_it(tmp_path: Path) -> None:
     tables = {**DEVICES, "scene": SCENE}
     with Instrument.from_config(bench_of_tables(tables, "bench")) as bench:

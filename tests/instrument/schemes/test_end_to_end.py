@@ -55,7 +55,13 @@ def _recorded(folder: Path, scheme: str, *, moves: bool) -> Path:
     return folder / "run.h5"
 
 
-@pytest.mark.parametrize("scheme", PATTERNS)
+REPEATS = {"fourier-4step", "moment", "moment-complementary"}
+"""Schemes whose way is that of another one: what is theirs has tests of its own."""
+
+
+@pytest.mark.parametrize(
+    "scheme", [pytest.param(name, marks=[pytest.mark.thorough] * (name in REPEATS)) for name in PATTERNS]
+)
 def test_it_is_checked_run_reopened_analysed_and_drawn(
     tmp_path: Path, scheme: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

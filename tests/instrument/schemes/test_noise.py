@@ -131,6 +131,7 @@ def test_the_stated_uncertainty_of_moments_covers_the_truth() -> None:
     assert 0.88 < np.mean(joint) < 0.99
 
 
+@pytest.mark.thorough
 def test_refinement_states_its_slow_errors_where_noise_is_small() -> None:
     """At a fifth of the paper's noise the spline's own posterior covers three quarters: the image is not known well enough."""
     joint: list[float] = []

@@ -75,11 +75,21 @@ def assert_valid(path: Path, *, complete: bool) -> None:
     assert ("the test" in plain.text(path, "entry/interrupted")) == (not complete)
 
 
-@pytest.mark.parametrize(("name", "runs"), [("simulated", 100), ("alp, ni, mc600", 50), ("alp, usb-ctr, sc300", 50)])
+@pytest.mark.parametrize(
+    ("name", "runs"),
+    [
+        ("simulated", 40),
+        ("alp, ni, mc600", 20),
+        ("alp, usb-ctr, sc300", 20),
+        pytest.param("simulated", 100, marks=pytest.mark.thorough),
+        pytest.param("alp, ni, mc600", 50, marks=pytest.mark.thorough),
+        pytest.param("alp, usb-ctr, sc300", 50, marks=pytest.mark.thorough),
+    ],
+)
 def test_a_run_that_is_aborted_at_a_random_moment_ends_safe_with_a_valid_recording(
     tmp_path: Path, name: str, runs: int
 ) -> None:
-    """Two hundred runs in all: each on a bench that has run before, so that the next run also shows that nothing stuck."""
+    """Eighty runs, two hundred in the thorough tests: each on a bench that has run before, so that the next shows that nothing stuck."""
     chance, outcomes = random.Random(7), set[str]()
     with Instrument.from_toml(bench_toml(BENCHES[name], tmp_path)) as bench:
         for turn in range(runs):

@@ -24,7 +24,6 @@ from instrument.session import Event, Instrument
 from instrument.storage import open_recording
 from protocols import CounterRun, KinopixError, MotionProfile, WrongState
 
-WALKS: Final = 1000
 """Walks of up to two actions. About 30 ms each on a core of its own."""
 
 IN_MEMORY: Final = "/dev/shm" if os.path.isdir("/dev/shm") else None  # noqa: PTH112 - a folder of its own is made there
@@ -121,18 +120,7 @@ def _no_hang() -> Generator[None]:
     signal.signal(signal.SIGALRM, before[1])
 
 
-# Python can raise nothing out of a destructor or a weak reference's end: an interrupt there is told and lost.
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-@pytest.mark.skipif(not hasattr(signal, "SIGALRM"), reason="it breaks a hang by SIGALRM")
-@settings(
-    max_examples=WALKS,
-    deadline=None,
-    derandomize=True,
-    database=None,
-    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
-)
-@given(fault=st.integers(0, len(FAULTS) - 1), actions=st.lists(ACTION, min_size=1, max_size=2), breaks=st.booleans())
-def test_every_walk_ends_safe(fault: int, actions: list[Any], breaks: bool) -> None:  # noqa: FBT001
+def walk(fault: int, actions: list[Any], *, breaks: bool) -> None:
     signal.alarm(20)
     with tempfile.TemporaryDirectory(dir=IN_MEMORY) as name:
         folder, bench = Path(name), Instrument.from_config(config_of(fault))
@@ -146,6 +134,43 @@ def test_every_walk_ends_safe(fault: int, actions: list[Any], breaks: bool) -> N
             assert_ends_safe(bench, folder, read)
         except KeyboardInterrupt:  # of a listener that is a second late
             assert_ends_safe(bench, folder, read)
+
+
+# Python can raise nothing out of a destructor or a weak reference's end: an interrupt there is told and lost.
+pytestmark = [
+    pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
+    pytest.mark.skipif(not hasattr(signal, "SIGALRM"), reason="it breaks a hang by SIGALRM"),
+]
+
+
+def walks(count: int) -> settings:
+    return settings(
+        max_examples=count,
+        deadline=None,
+        derandomize=True,
+        database=None,
+        suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
+    )
+
+
+ANY = {
+    "fault": st.integers(0, len(FAULTS) - 1),
+    "actions": st.lists(ACTION, min_size=1, max_size=2),
+    "breaks": st.booleans(),
+}
+
+
+@walks(200)
+@given(**ANY)
+def test_every_walk_ends_safe(fault: int, actions: list[Any], breaks: bool) -> None:  # noqa: FBT001
+    walk(fault, actions, breaks=breaks)
+
+
+@pytest.mark.thorough
+@walks(1000)
+@given(**ANY)
+def test_a_thousand_walks_end_safe(fault: int, actions: list[Any], breaks: bool) -> None:  # noqa: FBT001
+    walk(fault, actions, breaks=breaks)
 
 
 @cache
