@@ -89,7 +89,7 @@ def assert_valid(path: Path, *, complete: bool) -> None:
 def test_a_run_that_is_aborted_at_a_random_moment_ends_safe_with_a_valid_recording(
     tmp_path: Path, name: str, runs: int
 ) -> None:
-    """Eighty runs, two hundred in the thorough tests: each on a bench that has run before, so that the next shows that nothing stuck."""
+    """Eighty runs, two hundred in the thorough tests: each on a bench that has run before, so that nothing may stick."""
     chance, outcomes = random.Random(7), set[str]()
     with Instrument.from_toml(bench_toml(BENCHES[name], tmp_path)) as bench:
         for turn in range(runs):
