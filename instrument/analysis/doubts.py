@@ -30,6 +30,9 @@ _LEFT_OVER: Final = 0.6
 _FEW_FRAMES: Final = 64
 """Frames below which no image helps to find the path."""
 
+_VAGUE: Final = 1 / 8
+"""Uncertainty over the period of the fringes, above which a path may be off by whole periods."""
+
 
 def doubts_of(
     measurement: Measurement, trajectory: Trajectory | None, reconstruction: Reconstruction | None
@@ -45,9 +48,26 @@ def doubts_of(
     return (
         *_light_doubts(measurement, stays=_stays(trajectory, reconstruction)),
         *_frame_doubts(used, trajectory, reconstruction),
+        *_path_doubts(measurement, trajectory),
         *(_misfit_doubts(reconstruction) if trajectory is None or used >= _FEW_FRAMES else ()),
         *_moment_doubts(measurement),
     )
+
+
+def _path_doubts(measurement: Measurement, trajectory: Trajectory | None) -> tuple[str, ...]:
+    """Say where the values leave the displacement open."""
+    position = measurement.scheme.position
+    if trajectory is None or position is None or position.period_px is None or np.count_nonzero(measurement.valid) < 2:
+        return ()
+    known = trajectory.sigma_px[measurement.valid]
+    sigma_px = float(np.median(known.max(axis=1)))
+    if not sigma_px > _VAGUE * position.period_px:
+        return ()
+    vague = (
+        f"the displacement is known to {sigma_px:.3g} px only, and fringes repeat every {position.period_px:.3g} px, so that the "
+        "path may be off by whole periods: take more light, or more frames"
+    )
+    return (vague,)
 
 
 def _moment_doubts(measurement: Measurement) -> tuple[str, ...]:

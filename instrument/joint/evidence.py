@@ -14,6 +14,8 @@ from instrument.schemes import PositionReading, position_of
 from protocols import Floats, Integers
 
 _TINY = 1e-12
+_OF_IMAGE = 0.2
+"""Error of the fringes' signal, over its rms, that the image of few patterns makes: not more than that is a contradiction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,8 +102,9 @@ def evidence_of(problem: Problem, prediction: Prediction, offset: Floats) -> Evi
     x, y = (_axis_view(directions_of(problem, prediction, axis), prediction, residual) for axis in range(2))
     sigma = problem.values.difference_sigma
     of_difference = (problem.values.difference - prediction.difference) / sigma
-    squared = np.mean(residual**2 / (prediction.variance + _TINY), axis=0)
-    misfit = float(np.sqrt(squared.max()))
+    signal = prediction.values - prediction.total[:, None] / 2
+    allowed = prediction.variance + (_OF_IMAGE * signal) ** 2 + _TINY
+    misfit = float(np.sqrt(np.mean(residual**2 / allowed, axis=0).max()))
     return Evidence(x, y, View(of_difference, prediction.difference_slopes / sigma[:, None]), misfit)
 
 
@@ -117,7 +120,7 @@ def directions_of(problem: Problem, prediction: Prediction, axis: int) -> Direct
     columns: Integers = np.asarray(np.searchsorted(np.unique(reading.columns), reading.columns[axis]), np.int64)
     variance = prediction.variance[:, columns]
     along = _unit(prediction.slopes[:, columns, axis])
-    sigma: Floats = np.sqrt(np.sum(along**2 * variance, axis=1))
+    sigma: Floats = np.sqrt(np.sum(along**2 * variance, axis=1)) + _TINY  # where the object is outside, all is 0
     radial = _radial_direction(reading, axis, prediction.values[:, columns], prediction.total)
     if radial is None:
         return Directions(columns, along / sigma[:, None], None)

@@ -65,13 +65,13 @@ def screened(recording: Recording) -> Screened:
     pair = _pair(scheme)
     wild = wild_counts(light, variance, pair)
     slips = slips_of(light, wild, variance, pair)
-    likely = light
-    if slips.any:  # what was wild in a place of another pattern may be none in its own
+    likely, doubtful = light, slips.any and not slips.sure.any()
+    if slips.any and not doubtful:  # what was wild in a place of another pattern may be none in its own
         findings += tell_slips(slips)
         likely = moved_back(light, slips)
         values, light = in_step_again(values, slips), in_step_again(light, slips)
         wild = wild_counts(light, variance, pair)
-    else:
+    elif not doubtful:
         findings += _tell_strange(slips.sure)
         values[~slips.sure] = np.nan
     findings += _tell_wild(wild)
@@ -81,6 +81,8 @@ def screened(recording: Recording) -> Screened:
     # The frame that is all on may be the first one, near which a shift from the start is not sure.
     seen = light.copy()
     seen[:1] = np.where(np.isfinite(light[:1]), light[:1], likely[:1])
+    if doubtful:  # values may all be of other patterns, which path and image will tell, but no frame by itself
+        seen[:] = np.nan
     wiring, frames, share = wiring_of(seen, variance, scheme, recording.plan.image_size)
     findings += _tell_wiring(wiring, tuple(frames.tolist()), share)
     counted, values = values, rewired(values, wiring, scheme)

@@ -110,3 +110,12 @@ def test_a_lamp_that_fades_to_a_tenth_is_no_object_that_leaves() -> None:
     (doubt,) = found.figures.doubts
     assert "the object stays inside by its own path, so that the lamp drifts" in doubt
     assert furthest(found) < 1.5
+
+
+def test_a_path_that_may_be_off_by_whole_periods_is_told() -> None:
+    """A period is 32 px in a field of 64; 8 photons of an all-on pattern leave more than an eighth of it, 4 px."""
+    scene = {"object": "bars", "object_height_px": 2, "start_px": [27, 26], "noise": photons(8.0)}
+    figures = analyse(simulate(Plan(frames=200, image_size=64), scene)).figures
+    assert figures.sigma_px is not None
+    (told,) = [doubt for doubt in figures.doubts if "fringes repeat every 32 px" in doubt]
+    assert float(told.removeprefix("the displacement is known to ").split(" px")[0]) > 4

@@ -102,3 +102,42 @@ def test_frames_after_a_lost_one_are_moved_by_a_frame_and_those_in_doubt_masked(
     np.testing.assert_array_equal(moved.values[:101], run.values[:101])
     assert np.flatnonzero(~moved.valid).tolist() == [98, 99, 100, 101, 102, 103]
     assert np.flatnonzero(~after_lost_frame(run, 100, 100, 99).valid).tolist() == [100]
+
+
+def bars(counts: float, seed: int) -> Recording:
+    """Record bars of 2 px, of whose fringes a third is left, in little light."""
+    scene = {
+        "object": "bars",
+        "object_height_px": 2,
+        "start_px": [27, 26],
+        "noise": {"kind": "poisson", "peak_counts": counts, "seed": seed},
+    }
+    way_px = 10 / PLAN.run_time_s
+    return simulate(PLAN, scene, path=lambda time_s: np.stack([way_px * time_s, way_px * time_s], axis=1))
+
+
+def test_a_shift_that_the_counts_leave_open_is_found_by_path_and_image() -> None:
+    run = bars(90.0, 6)
+    early = replace(run, values=np.roll(run.values.ravel(), -1).reshape(run.values.shape))
+    before, after = analyse(run).figures, analyse(early).figures
+    assert Measurement.of(early).findings == ()
+    assert after.found == ("all values come one pattern early",)
+    assert before.displacement_mse_px2 is not None
+    assert after.displacement_mse_px2 is not None
+    assert after.displacement_mse_px2 < 2 * before.displacement_mse_px2
+
+
+def test_a_contradiction_that_nothing_explains_is_told(recording: Recording) -> None:
+    """The fringes along x are those of an object that goes the other way."""
+    back = simulate(
+        PLAN,
+        {"object": "letter-B", "object_height_px": 18, "start_px": [24.4, 29.7], "noise": {"kind": "none"}},
+        path=lambda time_s: path(time_s) * [-0.5, 1.0],
+    )
+    photons = np.random.default_rng(2).poisson(back.values * recording.values[:, 4:].sum() / back.values[:, 4:].sum())
+    values = recording.values.copy()
+    values[:, :2] = photons[:, :2]
+    found = analyse(replace(recording, values=values))
+    assert found.figures.found[-1] == "the position values are not those of the image's object"
+    (told,) = [doubt for doubt in found.figures.doubts if doubt.startswith(found.figures.found[-1])]
+    assert float(told.split("off by ")[1].split(" times")[0]) > 1.5

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from instrument.measurement import Measurement
 from instrument.measurement.leak import difference_variance_ratio, leak_seen, leak_variance_ratio, without_leak
 from instrument.plan import Plan
+from instrument.schemes import scheme_of
 from instrument.session import simulate
 from protocols import Floats
 from tests.support.objects import letter
@@ -96,6 +97,20 @@ def test_a_run_shows_its_own_leak(transition_s: float, leak: float) -> None:
     assert found.sigma is not None
     assert 0 < found.sigma < 0.01
     assert abs(found.value - leak) < 3 * found.sigma
+
+
+def test_a_slope_that_is_steep_by_chance_is_no_leak() -> None:
+    """25 photons a value, of which the Hadamard pattern changes 2: a slope is 0 +- 0.3, and one of 0.6 would be c = 0.27."""
+    scheme = scheme_of(Plan(frames=600, image_size=64))
+    found: list[float] = []
+    for seed in range(100):
+        rng = np.random.default_rng([5, seed])
+        light, change = np.full((600, 6), 25.0), 2.0 * rng.standard_normal(600)
+        light[:, 4] += change
+        light[:, 5] -= change
+        seen = leak_seen(rng.poisson(light).astype(np.float64), light, np.ones(600, np.bool_), scheme)
+        found += [] if seen is None else [seen.value]
+    assert found == []
 
 
 def _leaky(seed: int, leak: float, frames: int = 400, sigma: float = 0.05) -> Measurement:
