@@ -2,7 +2,8 @@
 
 from instrument.acquisition.alignment import AlignedBlock, Aligner
 from instrument.acquisition.audit import TimingAudit
-from instrument.acquisition.checks import Check, CheckReport, check_plan
+from instrument.acquisition.check_report import Check, CheckReport
+from instrument.acquisition.checks import check_plan
 from instrument.acquisition.devices import Devices
 from instrument.acquisition.recorded import check_recording
 from instrument.acquisition.run import Host, Outcome, Phase, acquire, prepare

@@ -1,17 +1,15 @@
 """Every check that a plan can be given before anything moves."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Literal, cast
 
 import numpy as np
 
+from instrument.acquisition.check_report import Check, CheckReport
 from instrument.acquisition.memory import analysis_bytes, available_bytes, recording_bytes
 from instrument.acquisition.whereabouts import Whereabouts, leaving, where_in_words, whereabouts
 from instrument.config import Calibration, PluginBroken
 from instrument.plan import Plan
 from instrument.schemes import scheme_of
-from instrument.shown import card, line
 from instrument.storage import needed_on_disk
 from protocols import (
     CounterLimits,
@@ -22,77 +20,6 @@ from protocols import (
     PlanError,
     Scene,
 )
-from protocols.field_docs import with_fields
-
-
-@dataclass(frozen=True)
-class Check:
-    """One question and its answer."""
-
-    name: str
-    """What was looked at, such as ``picture time``."""
-
-    outcome: Literal["good", "warning", "error"]
-    """``error`` stops a run before it starts."""
-
-    message: str
-    """The answer, with its numbers."""
-
-    error: KinopixError | None = None
-    """What ``raise_errors`` raises for it."""
-
-
-@with_fields
-@dataclass(frozen=True)
-class CheckReport:
-    """All checks of one plan on one bench."""
-
-    checks: tuple[Check, ...]
-
-    sequence: PatternSequence | None = None
-    """The patterns, which had to be built to be checked; None where field, play order or memory do not allow it."""
-
-    @property
-    def ok(self) -> bool:
-        """Whether nothing stands against the run."""
-        return all(check.outcome != "error" for check in self.checks)
-
-    def __repr__(self) -> str:
-        """Say in one line how it came out."""
-        warnings = sum(check.outcome == "warning" for check in self.checks)
-        errors = sum(check.outcome == "error" for check in self.checks)
-        counted = [f"{n} {what}{'s' * (n != 1)}" for n, what in ((errors, "error"), (warnings, "warning")) if n]
-        return line("CheckReport", f"{len(self.checks)} checks", *(counted or ["all good"]))
-
-    def _repr_html_(self) -> str:
-        """Show every check in a notebook."""
-        title = "Checks: nothing stands against the run" if self.ok else "Checks: the plan cannot be carried out"
-        return card(title, {f"{check.name}: {check.outcome}": check.message for check in self.checks})
-
-    def raise_errors(self) -> None:
-        """Raise the error found, or one that names all where there are several.
-
-        Raises:
-            PlanError: what stands against the run.
-        """
-        errors = [check.error for check in self.checks if check.error is not None]
-        if len(errors) == 1:
-            raise errors[0]
-        if errors:
-            raise PlanError(
-                saw="; ".join(f"{e.device + ': ' if e.device else ''}{e.saw} (expected {e.expected})" for e in errors),
-                expected="a plan that this bench can carry out",
-                remedy="; ".join(dict.fromkeys(e.remedy for e in errors)),
-            )
-
-    def passed(self) -> PatternSequence:
-        """Give the patterns of a plan that has passed.
-
-        Raises:
-            PlanError: what stands against the run.
-        """
-        self.raise_errors()
-        return cast("PatternSequence", self.sequence)  # only an error leaves it out
 
 
 def check_plan(
@@ -132,6 +59,7 @@ def check_plan(
         *_calibration(plan, calibration),
         _displacement(plan, where),
         *_object(plan, where, None if stage is None else stage.limits.travel_mm),
+        *([] if scene is not None else _wiring(plan, calibration)),
         _run_length(plan, counter),
         *_stop_rules(plan, counter),
         _disk(plan),
@@ -310,6 +238,23 @@ def _object(plan: Plan, where: Whereabouts | None, travel_mm: tuple[float, float
     if beyond_px > 0:
         return [Check("object", "warning", f"{message}: it comes to the border of the field")]
     return [_good("object", message)]
+
+
+def _wiring(plan: Plan, calibration: Calibration | None) -> list[Check]:
+    """How patterns are wired and how the picture lies: a run tells the one, and the other where the stage's axis is known."""
+    if scheme_of(plan).image_rows is None:
+        return []
+    aligned = None if calibration is None else calibration.alignment
+    if aligned is not None:
+        as_meant = aligned.wiring == "as planned" and aligned.orientation == "upright"
+        message = (
+            f"patterns {aligned.wiring}, the picture {aligned.orientation}, by the alignment of {aligned.date:%Y-%m-%d}"
+        )
+        return [Check("wiring", "good" if as_meant else "warning", message)]
+    known = None if calibration is None else calibration.displacement
+    axis = "" if known is None else "; against the stage's axis it will be seen whether the picture is turned"
+    asked = "is the picture mirrored or turned? A run by itself cannot tell: `kinopix calibrate alignment` does"
+    return [_good("wiring", asked + axis)]
 
 
 def _displacement(plan: Plan, where: Whereabouts | None) -> Check:

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from instrument.acquisition.checks import Check, CheckReport
+from instrument.acquisition.check_report import Check, CheckReport
 from instrument.acquisition.recount import recount
 from instrument.recording import Recording, TimingReport
 from instrument.storage import RawCounts, RecordingInfo, open_recording, raw_counts, recording_info

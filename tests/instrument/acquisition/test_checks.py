@@ -3,7 +3,7 @@
 import pytest
 
 from instrument.acquisition import Check, check_plan
-from instrument.config import DisplacementSection
+from instrument.config import AlignmentSection, Calibration, DisplacementSection, Measured
 from instrument.plan import MotionPlan, Plan
 from instrument.schemes import FourierHadamardSettings, scheme_of
 from protocols import (
@@ -19,7 +19,7 @@ from protocols import (
 )
 from sim_backends.bench import OpticalBench, SceneSettings
 from sim_backends.devices.stage import StageSettings, open_stage
-from tests.support.calibrations import calibration, displacement
+from tests.support.calibrations import DATE, SIMULATED, displacement
 
 V7000 = ModulatorLimits(
     columns=1024,
@@ -32,7 +32,12 @@ V7000 = ModulatorLimits(
 H10682 = CounterLimits(max_sync_rate_hz=1e6, max_count_rate_hz=5e6, dead_time_s=20e-9)
 
 
-def checked(plan: Plan, counter: CounterLimits = H10682, known: DisplacementSection | None = None) -> dict[str, Check]:
+def checked(
+    plan: Plan,
+    counter: CounterLimits = H10682,
+    known: DisplacementSection | None = None,
+    aligned: AlignmentSection | None = None,
+) -> dict[str, Check]:
     stage = open_stage(StageSettings(), BenchContext(scene=OpticalBench(SceneSettings())))
     report = check_plan(
         plan,
@@ -40,7 +45,9 @@ def checked(plan: Plan, counter: CounterLimits = H10682, known: DisplacementSect
         modulator=V7000,
         counter=counter,
         stage=stage,
-        calibration=None if known is None else calibration(known),
+        calibration=None
+        if known is None and aligned is None
+        else Calibration(bench=SIMULATED, displacement=known, alignment=aligned),
     )
     return {check.name: check for check in report.checks}
 
@@ -177,3 +184,29 @@ def test_a_plan_that_does_not_fit_into_this_computer_is_refused_before_its_patte
     assert made == 0
     checks, _ = memory_checked(None)
     assert checks["computer memory"].outcome == "warning"
+
+
+def test_whether_the_picture_is_mirrored_is_asked_until_it_was_aligned() -> None:
+    plan = Plan(frames=10)
+    asked = checked(plan)["wiring"]
+    assert asked.outcome == "good"
+    assert "`kinopix calibrate alignment`" in asked.message
+    assert "against the stage's axis it will be seen" in checked(plan, known=displacement())["wiring"].message
+
+    upright = AlignmentSection(
+        date=DATE,
+        orientation="upright",
+        turn_deg=Measured(value=0.0, sigma=1.0),
+        certainty=50.0,
+        wiring="as planned",
+        target_height_px=40.0,
+        image_size=128,
+        superpixel=2,
+    )
+    found = checked(plan, aligned=upright)["wiring"]
+    assert (found.outcome, found.message) == (
+        "good",
+        "patterns as planned, the picture upright, by the alignment of 2023-04-01",
+    )
+    for other in ({"orientation": "mirrored"}, {"wiring": "H- first"}):
+        assert checked(plan, aligned=upright.model_copy(update=other))["wiring"].outcome == "warning"
