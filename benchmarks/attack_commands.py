@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Final
 
+from benchmarks.simulated import bench_text, plan_text, run_command
 from instrument.cli.main import status
 from instrument.storage import open_recording
 from protocols import KinopixError, MonotonicClock
@@ -24,30 +25,7 @@ _HANGS_S: Final = 10.0
 _MOST_KB: Final = 2_000_000
 _CODES: Final = {"SIGINT": 130, "SIGTERM": 143, "SIGHUP": 129}
 
-_BENCH: Final = """
-[modulator]
-driver = "simulated"
-[counter]
-driver = "simulated"
-[stage]
-driver = "simulated"
-[scene]
-object = "letter-B"
-noise = {{ kind = "pixel", sigma = 0.1, seed = 1 }}
-realtime = {realtime}
-"""
-
-_PLAN: Final = """
-scheme = "fourier-hadamard"
-frames = {frames}
-pattern_rate_hz = 20000
-image_size = 16
-superpixel = 4
-[motion]
-start_mm = 0.0
-velocity_mm_s = 5.0
-acceleration_mm_s2 = 50.0
-"""
+_NOISE: Final = 'noise = { kind = "pixel", sigma = 0.1, seed = 1 }'
 
 
 @dataclass(frozen=True)
@@ -109,15 +87,18 @@ def _signalled(folder: Path, name: str, moment_s: float, gaps_s: list[float]) ->
 
 
 def _begun(folder: Path, said: IO[bytes], *, realtime: bool) -> subprocess.Popen[bytes]:
-    bench, plan = folder / "bench.toml", folder / "plan.toml"
-    bench.write_text(_BENCH.format(realtime=str(realtime).lower()), encoding="utf-8")
-    plan.write_text(_PLAN.format(frames=4000 if realtime else 400), encoding="utf-8")
+    (folder / "bench.toml").write_text(bench_text(_NOISE, realtime=realtime), encoding="utf-8")
+    (folder / "plan.toml").write_text(_plan(frames=4000 if realtime else 400), encoding="utf-8")
     # A job in the background inherits an ignored Ctrl-C: what is attacked takes it up again.
     begin = (
         "import os, signal, sys; signal.signal(signal.SIGINT, signal.SIG_DFL); os.execv(sys.executable, sys.argv[1:])"
     )
-    command = [sys.executable, "-m", "kinopix", "run", "--bench", bench, "--plan", plan, "--out", folder / "run.h5"]
-    return subprocess.Popen([sys.executable, "-c", begin, *map(str, command)], stdout=said, stderr=said)
+    command = [sys.executable, "-c", begin, *run_command(folder, folder / "run.h5")]
+    return subprocess.Popen(command, stdout=said, stderr=said)
+
+
+def _plan(frames: int) -> str:
+    return plan_text(frames, image_size=16, velocity_mm_s=5.0)
 
 
 def _hears(pid: int) -> bool:
@@ -166,8 +147,8 @@ def hostile_inputs(count: int, seed: int) -> list[Row]:
     with tempfile.TemporaryDirectory(prefix="kinopix-attack-") as name:
         folder = Path(name)
         whole = {
-            "bench.toml": _BENCH.format(realtime="false").encode(),
-            "plan.toml": _PLAN.format(frames=10).encode(),
+            "bench.toml": bench_text(_NOISE).encode(),
+            "plan.toml": _plan(frames=10).encode(),
         }
         for file, data in whole.items():
             (folder / file).write_bytes(data)

@@ -13,7 +13,7 @@ import re
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -21,6 +21,7 @@ from typing import Final
 import h5py  # pyright: ignore[reportMissingTypeStubs]
 import numpy as np
 
+from benchmarks.simulated import bench_text, plan_text, run_command
 from instrument.cli.main import status
 from instrument.plan import Plan
 from instrument.session import Instrument
@@ -33,31 +34,6 @@ FRAMES: Final = 8000
 """48,000 patterns: 2.4 s, and 1.9 MB of recording."""
 
 _HANGS_S: Final = 10.0
-
-_BENCH: Final = """
-[modulator]
-driver = "simulated"
-[counter]
-driver = "simulated"
-[stage]
-driver = "simulated"
-[scene]
-object = "letter-B"
-noise = {{ kind = "pixel", sigma = 0.1, seed = {seed} }}
-realtime = {realtime}
-"""
-
-_PLAN: Final = """
-scheme = "fourier-hadamard"
-frames = {frames}
-pattern_rate_hz = 20000
-image_size = 32
-superpixel = 4
-[motion]
-start_mm = 0.0
-velocity_mm_s = 1.0
-acceleration_mm_s2 = 50.0
-"""
 
 
 @dataclass(frozen=True)
@@ -125,7 +101,7 @@ def _attacks(attack: Callable[[int, Path, random.Random], str], moments: int, se
         for _ in range(moments):
             delay_s = rng.random() * (frames * 6 / 20_000 - 0.3)
             with subprocess.Popen(
-                bench.run_command(out), stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True
+                run_command(bench.folder, out), stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True
             ) as run:
                 while not out.exists() and run.poll() is None:
                     clock.sleep_s(0.005)
@@ -144,28 +120,13 @@ class Bench:
     def __init__(self, folder: Path, seed: int, frames: int = FRAMES) -> None:
         """Write both files and record undisturbed, in virtual time: the values are the same."""
         self.folder = folder
-        (folder / "virtual.toml").write_text(_BENCH.format(seed=seed, realtime="false"), encoding="utf-8")
-        (folder / "bench.toml").write_text(_BENCH.format(seed=seed, realtime="true"), encoding="utf-8")
-        (folder / "plan.toml").write_text(_PLAN.format(frames=frames), encoding="utf-8")
+        noise, plan = f'noise = {{ kind = "pixel", sigma = 0.1, seed = {seed} }}', folder / "plan.toml"
+        (folder / "virtual.toml").write_text(bench_text(noise), encoding="utf-8")
+        (folder / "bench.toml").write_text(bench_text(noise, realtime=True), encoding="utf-8")
+        plan.write_text(plan_text(frames, image_size=32, velocity_mm_s=1.0), encoding="utf-8")
         with Instrument.from_toml(folder / "virtual.toml") as bench:
-            recording = bench.run(Plan.from_toml(folder / "plan.toml"), folder / "undisturbed.h5")
+            recording = bench.run(Plan.from_toml(plan), folder / "undisturbed.h5")
         self.values = recording.values.ravel()
-
-    def command(self, *arguments: str) -> Sequence[str]:
-        """Give a command line of kinopix."""
-        return [sys.executable, "-m", "kinopix", *arguments]
-
-    def run_command(self, out: Path) -> Sequence[str]:
-        """Give the command line of a run."""
-        return self.command(
-            "run",
-            "--bench",
-            str(self.folder / "bench.toml"),
-            "--plan",
-            str(self.folder / "plan.toml"),
-            "--out",
-            str(out),
-        )
 
     def row(self, moment: str, exit_code: int, said: str, ended_s: float) -> Row:
         """Recover ``run.h5`` and judge it; then everything is removed."""

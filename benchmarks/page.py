@@ -25,6 +25,7 @@ import numpy as np
 from PIL import Image
 from playwright.sync_api import sync_playwright
 
+from benchmarks.simulated import bench_text
 from instrument import Instrument, Plan
 from instrument.analysis import analyse, store
 from instrument.config import CalibratedDevice, Calibration, DisplacementSection, write_calibration
@@ -36,20 +37,7 @@ from instrument.views import write_pictures
 from instrument.web import Board, Desk, PageServer, RunPage, Shelf
 from protocols import Floats
 
-_BENCH = """
-calibration = "mine.toml"
-[modulator]
-driver = "simulated"
-[counter]
-driver = "simulated"
-[stage]
-driver = "simulated"
-[scene]
-object = "letter-B"
-start_px = [32.4, 32.7]
-noise = {{ kind = "poisson", seed = 1, peak_counts = 200.0 }}
-realtime = {realtime}
-"""
+_SCENE = ("start_px = [32.4, 32.7]", 'noise = { kind = "poisson", seed = 1, peak_counts = 200.0 }')
 
 _DEVICES = {
     "modulator": CalibratedDevice(vendor="Kinopix", model="simulated DLP7000"),
@@ -100,7 +88,7 @@ def played(folder: Path, plan: Plan, program: str, arguments: argparse.Namespace
     picture: Path | None = arguments.picture
     counts, pause = _simulated(folder, plan), Flag()
     bench = folder / "bench.toml"
-    bench.write_text(_BENCH.format(realtime="true"))
+    bench.write_text(bench_text(*_SCENE, realtime=True, calibration="mine.toml"))
     shelf = None if picture is None else Shelf(_analysed(folder))
     page, made = RunPage(Board("bench.toml"), Desk()), list[float]()
 
@@ -205,7 +193,7 @@ def _simulated(folder: Path, plan: Plan) -> Floats:
     """Counts of every pattern, the guard picture's last."""
     bench = folder / "before.toml"
     write_calibration(folder / "mine.toml", Calibration(bench=_DEVICES, displacement=_SCALE))
-    bench.write_text(_BENCH.format(realtime="false"))
+    bench.write_text(bench_text(*_SCENE, calibration="mine.toml"))
     with Instrument.from_toml(bench) as instrument:
         scene: Any = instrument.devices.scene
         instrument.run(plan, folder / "before.h5")

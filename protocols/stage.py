@@ -8,6 +8,9 @@ from pydantic import NonNegativeFloat, PositiveFloat
 from protocols.errors import MotionTooFast, TravelExceeded
 from protocols.values import DeviceIdentity, Frozen
 
+_GENTLE_MM_S = 10.0
+_GENTLE_MM_S2 = 50.0
+
 
 class StageLimits(Frozen):
     """Limits of a stage, and the checks of a move against them.
@@ -23,6 +26,14 @@ class StageLimits(Frozen):
 
     max_acceleration_mm_s2: PositiveFloat
     """Highest acceleration, in mm/s^2."""
+
+    @property
+    def gentle_profile(self) -> "MotionProfile":
+        """How a stage is moved where nobody has said how: 10 mm/s and 50 mm/s^2, or what it can do."""
+        return MotionProfile(
+            velocity_mm_s=min(_GENTLE_MM_S, self.max_velocity_mm_s),
+            acceleration_mm_s2=min(_GENTLE_MM_S2, self.max_acceleration_mm_s2),
+        )
 
     def check_target(self, target_mm: float, device: str) -> None:
         """Refuse a target outside the travel, or one that is no number; ``device`` is the name that the error carries.

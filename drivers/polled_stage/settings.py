@@ -1,4 +1,4 @@
-"""What bench.toml can tell of any stage that tells where it is, on a serial line."""
+"""What bench.toml can tell of any stage on a serial line."""
 
 from typing import Self
 
@@ -8,14 +8,11 @@ from drivers.serial_line import LineWire, open_port
 from protocols import BenchContext, Frozen, StageLimits
 
 
-class PolledStageSettings(Frozen):
-    """The keys of ``[stage]`` that such drivers have in common."""
+class SerialStageSettings(Frozen):
+    """The keys of ``[stage]`` that all drivers of stages on a serial line have in common."""
 
     port: str = ""
     """Serial port (``COM3``, ``/dev/ttyUSB0``) or pyserial URL. May be left out where bench.toml names a transport."""
-
-    baud: PositiveInt = 115_200
-    """Speed of the line: 115200 from the factory [V]."""
 
     travel_mm: tuple[float, float]
     """Lowest and highest position allowed, in the controller's own coordinate."""
@@ -55,6 +52,13 @@ class PolledStageSettings(Frozen):
             max_velocity_mm_s=self.max_velocity_mm_s,
             max_acceleration_mm_s2=self.max_acceleration_mm_s2,
         )
+
+
+class PolledStageSettings(SerialStageSettings):
+    """Those of a stage that tells at any time where it is."""
+
+    baud: PositiveInt = 115_200
+    """Speed of the line: 115200 from the factory [V]."""
 
     def open_wire(self, context: BenchContext, *, device: str, longest: int) -> LineWire:
         """Open the port, or take ``context.transport``, and give the lines on it; ``longest`` is the longest in bytes.

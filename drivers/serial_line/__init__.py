@@ -1,7 +1,15 @@
 """What every driver on a serial line shares: the port, and lines out and in with their time-outs."""
 
 from drivers.serial_line.lines import Answer, LineWire
-from drivers.serial_line.port import BITS_PER_BYTE, SerialPort, availability, open_port, port_gone, probe
+from drivers.serial_line.port import (
+    BITS_PER_BYTE,
+    SerialPort,
+    availability,
+    open_port,
+    port_gone,
+    probe,
+    stopped_before,
+)
 
 __all__ = [
     "BITS_PER_BYTE",
@@ -12,4 +20,5 @@ __all__ = [
     "open_port",
     "port_gone",
     "probe",
+    "stopped_before",
 ]

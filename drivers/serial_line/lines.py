@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from threading import Lock, RLock
 from typing import Final, Generic, TypeVar
 
-from drivers.serial_line.port import BITS_PER_BYTE, SerialPort, port_gone
-from protocols import Clock, DeviceError, DeviceTimeout
+from drivers.serial_line.port import BITS_PER_BYTE, SerialPort, port_gone, stopped_before
+from protocols import Clock, DeviceTimeout
 
 AnswerT = TypeVar("AnswerT")
 
@@ -124,12 +124,7 @@ class LineWire:
         """
         with self._write_lock:
             if unless_stopped_since is not None and self.stops != unless_stopped_since:
-                raise DeviceError(
-                    device=self.device,
-                    saw="a stop before the move had begun",
-                    expected="no stop between the call and the move",
-                    remedy="start the move again if it is still wanted; nothing was sent",
-                )
+                raise stopped_before(self.device)
             self._put(data)
 
     def stop(self, data: bytes) -> None:

@@ -5,7 +5,7 @@ from typing import Final, Protocol, runtime_checkable
 import serial
 from serial.tools import list_ports
 
-from protocols import Availability, DeviceDisconnected, DriverUnavailable, InputError
+from protocols import Availability, DeviceDisconnected, DeviceError, DriverUnavailable, InputError
 
 BITS_PER_BYTE: Final = 10
 """Start bit, 8 data bits, no parity, 1 stop bit: the line of every device here, without flow control."""
@@ -89,6 +89,16 @@ def port_gone(device: str, error: OSError) -> DeviceDisconnected:
         saw=f"a serial port that fails ({error})",
         expected="an open port",
         remedy="check cable and power, switch the device off by hand if it moves, and open it again",
+    )
+
+
+def stopped_before(device: str) -> DeviceError:
+    """Give the error of a move that a stop overtook."""
+    return DeviceError(
+        device=device,
+        saw="a stop before the move had begun",
+        expected="no stop between the call and the move",
+        remedy="start the move again if it is still wanted; nothing was sent",
     )
 
 

@@ -4,15 +4,12 @@ from typing import Literal, Self
 
 from pydantic import NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
 
+from drivers.polled_stage import SerialStageSettings
 from drivers.zolix.scale import Scale
-from protocols import Frozen, StageLimits
 
 
-class Ka400zSettings(Frozen):
+class Ka400zSettings(SerialStageSettings):
     """The ``[stage]`` table for ``driver = "ka400z"``."""
-
-    port: str = ""
-    """Serial port (``COM3``, ``/dev/ttyUSB0``) or pyserial URL. May be left out where bench.toml names a transport."""
 
     dialect: Literal["auto", "mc600", "sc300"] = "auto"
     """Controller on the bench; ``auto`` asks it."""
@@ -28,9 +25,6 @@ class Ka400zSettings(Frozen):
 
     full_steps_per_rev: PositiveInt = 200
     """Full steps a turn of the motor. 200 (1.8 degrees) is inferred from other Zolix stages: check the motor's label."""
-
-    travel_mm: tuple[float, float]
-    """Lowest and highest position allowed, in the controller's own coordinate."""
 
     max_velocity_mm_s: PositiveFloat
     """Highest velocity allowed. Unknown for the KA400Z; comparable stages run at 20 to 50 mm/s."""
@@ -57,21 +51,10 @@ class Ka400zSettings(Frozen):
     """Whether the controller is asked for its position while it moves. ``auto``: an MC600 is, an SC300 is not,
     and one that leaves the question without an answer is predicted from then on."""
 
-    reply_margin_s: PositiveFloat = 0.5
-    """Time that the controller may think about an answer, beyond the time of the bytes on the line, in seconds."""
-
-    poll_s: PositiveFloat = 0.001
-    """Time between two looks at the port while an answer is awaited, in seconds."""
-
     @model_validator(mode="after")
     def _one_that_can_be(self) -> Self:
-        low, high = self.travel_mm
-        if not low < high:
-            raise ValueError(f"travel_mm is [{low:g}, {high:g}]: the lowest position comes first")
         if self.dialect == "sc300" and self.axis == "T":
             raise ValueError("axis T: an SC300 has X, Y and Z only")
-        if not low <= self.home_position_mm <= high:
-            raise ValueError(f"home_position_mm is {self.home_position_mm:g}, outside travel_mm [{low:g}, {high:g}]")
         if self.home_velocity_mm_s > self.max_velocity_mm_s:
             raise ValueError("home_velocity_mm_s is above max_velocity_mm_s")
         return self
@@ -80,12 +63,3 @@ class Ka400zSettings(Frozen):
     def scale(self) -> Scale:
         """Number of pulses that move the stage by one millimetre."""
         return Scale(pulses_per_mm=self.full_steps_per_rev * self.microsteps / self.lead_mm)
-
-    @property
-    def limits(self) -> StageLimits:
-        """Limits of the stage."""
-        return StageLimits(
-            travel_mm=self.travel_mm,
-            max_velocity_mm_s=self.max_velocity_mm_s,
-            max_acceleration_mm_s2=self.max_acceleration_mm_s2,
-        )

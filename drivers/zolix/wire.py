@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from threading import Lock, RLock
 from typing import Final
 
-from drivers.serial_line import BITS_PER_BYTE, SerialPort, port_gone
+from drivers.serial_line import BITS_PER_BYTE, SerialPort, port_gone, stopped_before
 from drivers.zolix.events import (
     BAUD,
     LONGEST_LINE,
@@ -30,7 +30,7 @@ from drivers.zolix.events import (
     Unknown,
     Value,
 )
-from protocols import Clock, DeviceError, DeviceRefused, DeviceTimeout
+from protocols import Clock, DeviceRefused, DeviceTimeout
 
 _log = logging.getLogger(__name__)
 _KEPT: Final = 200
@@ -213,12 +213,7 @@ class Wire:
     def _write(self, data: bytes, unless_stopped_since: int | None) -> None:
         with self._write_lock:
             if unless_stopped_since is not None and self.stops != unless_stopped_since:
-                raise DeviceError(
-                    device=self.device,
-                    saw="a stop before the move had begun",
-                    expected="no stop between the call and the move",
-                    remedy="start the move again if it is still wanted; nothing was sent",
-                )
+                raise stopped_before(self.device)
             self._put(data)
 
     def _put(self, data: bytes) -> None:

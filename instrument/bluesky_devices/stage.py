@@ -10,9 +10,6 @@ from instrument.bluesky_devices.status import WorkStatus
 from instrument.session import Instrument
 from protocols import DeviceError, LinearStage, Motion, MotionProfile
 
-_SLOW_MM_S = 10.0
-_SOFT_MM_S2 = 50.0
-
 
 class KinopixStage(Named, Locatable[float], Readable[float], Stoppable, Checkable[float]):
     """The bench's stage, in millimetres. A run of the detector moves it too, by its plan; a ``set`` during a run is refused."""
@@ -27,11 +24,7 @@ class KinopixStage(Named, Locatable[float], Readable[float], Stoppable, Checkabl
         """
         super().__init__(name)
         self._stage: LinearStage = bench.stage
-        limits = self._stage.limits
-        self.profile = profile or MotionProfile(
-            velocity_mm_s=min(_SLOW_MM_S, limits.max_velocity_mm_s),
-            acceleration_mm_s2=min(_SOFT_MM_S2, limits.max_acceleration_mm_s2),
-        )
+        self.profile = profile or self._stage.limits.gentle_profile
         """By which ``set`` moves."""
         self._motion: Motion | None = None
         self._stopped_well = False

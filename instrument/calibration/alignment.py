@@ -21,7 +21,7 @@ from instrument.reconstruction import inverse_hadamard
 from instrument.recording import Recording
 from instrument.schemes import image_rows_of, scheme_of
 from instrument.session import Instrument
-from protocols import Floats, InputError, MotionProfile
+from protocols import Floats, InputError
 
 CERTAIN: Final = 8.0
 """Log-likelihood by which an orientation is better than the next to be called certain: one error in 3,000."""
@@ -30,8 +30,6 @@ FOUND: Final = 30.0
 """Log-likelihood of a target over none from which on one is there."""
 
 _CELLS: Final = 40
-_SLOW_MM_S: Final = 10.0
-_SOFT_MM_S2: Final = 50.0
 _BORDER: Final = 1 / 16
 _FEW_PX: Final = 1.0
 
@@ -209,12 +207,8 @@ def _recorded(bench: Instrument, field: PictureField, plan: Plan, name: str) -> 
 
 def _after_step(bench: Instrument, field: PictureField, plan: Plan, step_mm: float) -> Recording:
     """Move the stage, record, and bring it back."""
-    stage, limits = bench.stage, bench.stage.limits
-    profile = MotionProfile(
-        velocity_mm_s=min(_SLOW_MM_S, limits.max_velocity_mm_s),
-        acceleration_mm_s2=min(_SOFT_MM_S2, limits.max_acceleration_mm_s2),
-    )
-    start_mm = stage.position().reported_mm
+    stage = bench.stage
+    profile, start_mm = stage.limits.gentle_profile, stage.position().reported_mm
     stage.check(start_mm + step_mm, profile)
     stage.move_to(start_mm + step_mm, profile).wait()
     recording = _recorded(bench, field, plan, "alignment-after-a-step")

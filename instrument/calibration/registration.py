@@ -12,6 +12,7 @@ fraction of the pixel; they are given little weight (``_PASS``).
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final, Literal
 
 import numpy as np
@@ -132,14 +133,14 @@ class _Patches:
     sigma: Floats
     """``(views,)``: standard deviation of a pixel."""
 
-    @property
+    @cached_property
     def frequency(self) -> tuple[Floats, Floats]:
         """Spatial frequencies along x and y, cycles a pixel, each ``(height, width)``."""
         height, width = self.pixels.shape[1:]
         fx, fy = np.meshgrid(np.fft.fftfreq(width), np.fft.fftfreq(height))
         return fx.astype(np.float64), fy.astype(np.float64)
 
-    @property
+    @cached_property
     def planes(self) -> Floats:
         """``(3, height, width)``: 1, x and y, in units of half the width and height."""
         height, width = self.pixels.shape[1:]
@@ -332,7 +333,7 @@ def _step(
     """
     fx, fy = patches.frequency
     spectrum, weight = np.fft.fft2(template), _pass(patches)
-    places, lights, change = fraction.copy(), planes.copy(), 0.0
+    places, lights = fraction.copy(), planes.copy()
     covariances: list[Floats] = []
     for k, (pixels, sigma) in enumerate(zip(patches.pixels, patches.sigma, strict=True)):
         here = spectrum * _phase(patches, fraction[k])
@@ -347,13 +348,15 @@ def _step(
         inverse = np.linalg.pinv(smooth @ columns)
         delta = inverse @ (smooth @ residual)
         covariance = sigma**2 * (inverse @ (smooth @ smooth.T) @ inverse.T)
-        change = max(change, float(np.max(np.abs(delta[:_PLACE]) / np.sqrt(np.diag(covariance)[:_PLACE]))))
         places[k] += np.clip(delta[:_PLACE], -0.5, 0.5)
         lights[k] += delta[_PLACE:]
         covariances.append(covariance[:_PLACE, :_PLACE])
     lights[:, 0] /= lights[:, 0].mean()
     lights[:, 1:] -= lights[:, 1:].mean(axis=0)
-    return places - places.mean(axis=0), lights, np.stack(covariances), change
+    places -= places.mean(axis=0)  # that all move together says nothing: the common image moves with them
+    covariance = np.stack(covariances)
+    change = float(np.max(np.abs(places - fraction) / np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))))
+    return places, lights, covariance, change
 
 
 def _refuse_nothing(pictures: Floats, sigma: Floats, names: Sequence[str]) -> None:

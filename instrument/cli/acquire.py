@@ -1,6 +1,6 @@
 """``kinopix run``.
 
-What they stand on is loaded when they begin, and the live analysis, with its compiled loops, where it is asked for.
+What it stands on is loaded when it begins, and the live analysis, with its compiled loops, where it is asked for.
 """
 
 import os

@@ -1,5 +1,6 @@
 """``kinopix count``: the count rate now."""
 
+from math import isnan
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
@@ -20,7 +21,10 @@ if TYPE_CHECKING:
     from instrument.session import Counting
 
 _BAR: Final = 40
+"""Letters of the longest bar."""
+
 _JSON_S: Final = 1.0
+"""Time that is counted for a program that names none."""
 
 
 def count(
@@ -74,7 +78,7 @@ def counting_table(picture: str, counted: "Counting") -> "Table":
 
     share = counted.share_of_limit
     colour = "green" if share < 0.5 else "yellow" if share <= 1 else "red"
-    lit = round(_BAR * min(share, 1.0)) if share == share else 0  # noqa: PLR0124 - not a number without counts
+    lit = 0 if isnan(share) else round(_BAR * min(share, 1.0))  # not a number without counts
     bar = plain("#" * lit + "." * (_BAR - lit) + f" {100 * share:.1f} % of the linear limit", colour)
     numbers, borders = counted.histogram()
     most = max(1.0, float(numbers.max(initial=0.0)))

@@ -11,8 +11,7 @@ if TYPE_CHECKING:
     from protocols import LinearStage, Motion, MotionProfile
 
 _LOOK_S: Final = 0.1
-_SLOW_MM_S: Final = 10.0
-_SOFT_MM_S2: Final = 50.0
+"""Time between two looks at the stage while it moves."""
 
 
 def move(
@@ -85,17 +84,15 @@ def _wanted(target: str) -> tuple[bool, float] | None:
 
 
 def _profile(stage: "LinearStage", velocity: float | None, acceleration: float | None) -> "MotionProfile":
-    """The profile asked for, or a slow and soft one; a stage refuses what it cannot do."""
-    from protocols import InputError, MotionProfile
+    """The profile asked for, gentle in what was not; a stage refuses what it cannot do."""
+    from protocols import InputError
 
-    limits = stage.limits
     for name, value in (("velocity", velocity), ("acceleration", acceleration)):
         if value is not None and not 0 < value < float("inf"):
             raise InputError(saw=f"--{name} {value:g}", expected="a number above 0", remedy="correct it")
-    return MotionProfile(
-        velocity_mm_s=min(_SLOW_MM_S, limits.max_velocity_mm_s) if velocity is None else velocity,
-        acceleration_mm_s2=min(_SOFT_MM_S2, limits.max_acceleration_mm_s2) if acceleration is None else acceleration,
-    )
+    asked = {"velocity_mm_s": velocity, "acceleration_mm_s2": acceleration}
+    given = {name: value for name, value in asked.items() if value is not None}
+    return stage.limits.gentle_profile.model_copy(update=given)
 
 
 def _follow(instrument: "Instrument", motion: "Motion") -> None:

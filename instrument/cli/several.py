@@ -18,20 +18,19 @@ def told_of(recordings: int) -> "Generator[Callable[[Path, int, int], None]]":
     """
     from instrument.views import progress
 
-    counts = [0, recordings]
+    ended = 0
     with progress() as bars:
         task = bars.add_task("recordings", total=recordings)
 
         def tell(path: Path, done: int, total: int) -> None:
-            counts[:] = done, total
+            nonlocal ended
+            ended = done
             bars.update(task, description=path.name, completed=done, total=total)
 
         try:
             yield tell
         except KeyboardInterrupt as interrupt:
-            interrupt.add_note(
-                f"{counts[0]} of {counts[1]} recordings are done, and the same command goes on from there"
-            )
+            interrupt.add_note(f"{ended} of {recordings} recordings are done, and the same command goes on from there")
             raise
 
 

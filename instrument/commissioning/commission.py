@@ -25,6 +25,9 @@ Consent: TypeAlias = Callable[[Effect, str], bool]
 
 _Found: TypeAlias = dict[str, Finding]
 
+_AT_FULL_RATE: Final = ("pulses", "edges", "reads")
+"""What the same runs at the highest rate say of the counter."""
+
 _NO_DEVICE: Final = Finding(state="not asked", answer=Answer(said="a device that it needs is missing, or did not open"))
 
 
@@ -105,7 +108,8 @@ def _measure_counter(
     config: BenchConfig, refused: _Refused, measured: dict[RoleName, _Found], tell: Callable[[str], object]
 ) -> None:
     found = measured[COUNTER.name]
-    names = ("pulses", "edges", "reads", "order", "dark", "dead time")
+    slow = {"order": order, "dark": dark, "dead time": dead_time}
+    names = (*_AT_FULL_RATE, *slow)
     if MODULATOR.name not in config.devices:
         no: Finding | None = Finding(
             state="not asked", answer=Answer(said="no modulator in bench.toml, whose sync it needs")
@@ -124,8 +128,8 @@ def _measure_counter(
             try:
                 found |= {name: _good(answer) for name, answer in pulses_edges_reads(bench).items()}
             except KinopixError as error:
-                found |= dict.fromkeys(names[:3], _failed(error))
-            for name, measure in {"order": order, "dark": dark, "dead time": dead_time}.items():
+                found |= dict.fromkeys(_AT_FULL_RATE, _failed(error))
+            for name, measure in slow.items():
                 tell(f"counter: {name}")
                 found[name] = _tried(partial(measure, bench))
     except KinopixError as error:  # such as a modulator that does not open

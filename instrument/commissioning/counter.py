@@ -31,9 +31,17 @@ DARK_PICTURES: Final = 500
 """Dark pictures, 2 ms each."""
 
 _AMONG: Final = 32
+"""Pictures of the play order in which one is bright."""
+
 _SURE: Final = 5.0
+"""Standard deviations from which on something is there."""
+
 _SLOW_US: Final = 2000.0
+"""Picture time in which weak light gives counts enough."""
+
 _CYCLES: Final = 125
+"""Times that dark, whole and both halves are shown."""
+
 _CLOCKS_PPM: Final = 200.0
 """Difference of two crystals that is still one of crystals: 50 ppm each, and a margin."""
 

@@ -13,7 +13,14 @@ TIMES: Final = 3
 """Moves there and back."""
 
 _LONGEST_MM: Final = 2.0
+"""Length of the stretch, where the travel has room for it."""
+
 _LOOK_S: Final = 0.02
+"""Time between two looks at a stage that moves."""
+
+_LATE_S: Final = 0.1
+_LATE: Final = 0.1
+"""Difference of a move from its expected length, and share of that length, that are allowed together."""
 
 
 class Stretch:
@@ -76,7 +83,7 @@ def travel(stage: LinearStage, clock: Clock) -> Answer:
             times_s.append(clock.now_s() - began_s)
         ends_mm.append(stage.position().reported_mm)
     took_s, error_mm = float(np.median(times_s)), float(np.abs(errors_mm).max())
-    late = abs(took_s - expected_s) > 0.1 + 0.1 * expected_s
+    late = abs(took_s - expected_s) > _LATE_S + _LATE * expected_s
     answer_s = float(np.median(answers_s)) if answers_s else 0.0
     told = "predicted, as the controller is mute" if predicted else "told by the controller"
     return Answer(

@@ -1,7 +1,8 @@
 """A recording written while it is measured.
 
-The file is made early, with everything that is known before the run, under a temporary name beside its place (``part.Part``).
-It takes its place with the first block: until then an older recording stays, and a run that breaks leaves nothing.
+The file is made early, with everything that is known before the run, under a temporary name beside its place
+(``placed_file.PlacedFile``). It takes its place with the first block: until then an older recording stays, and a run that breaks
+leaves nothing.
 
 It is written in HDF5's single-writer-multiple-reader mode (SWMR), in which the library orders its writes so that the file can
 be read at any moment, by a live display or after the program was killed; plain HDF5 promises nothing for a file that was not
@@ -9,9 +10,8 @@ closed. The price is that nothing can be *added* in that mode, so what is known 
 empty, and is filled in at the end. From its first block on the file is never replaced: whoever reads it keeps it.
 ``/entry/@complete`` is the last thing that is written.
 
-HDF5 cannot be trusted after a write that failed: it crashes, or never comes back. So room on the disk is taken before HDF5 needs
-it (``room.Room``), a file that somebody has cut off is noticed before HDF5 meets it, and a file that failed all the same is left
-as it is (``abandon``). The writer itself knows no threads: a run writes through ``keeper.Keeper``.
+HDF5 cannot be trusted after a write that failed: a file that failed is left as it is (``abandon``). The writer itself knows no
+threads: a run writes through ``keeper.Keeper``.
 """
 
 import os
@@ -19,7 +19,7 @@ from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
-from typing import Final, Self
+from typing import Self
 
 import numpy as np
 
@@ -27,18 +27,13 @@ from instrument.plan import Plan
 from instrument.roles import RoleName
 from instrument.storage import layout, part
 from instrument.storage.empty_recording import empty_recording, fitting_reason
-from instrument.storage.failure import cut_off
 from instrument.storage.frames import OpenRecording
 from instrument.storage.hdf5_file import File
-from instrument.storage.in_use import refuse_while_made, refuse_while_written
-from instrument.storage.part import Part, alone_in, remove_remains
+from instrument.storage.part import alone_in, remove_remains
 from instrument.storage.place import cannot_be_written, refuse_existing, refuse_full_disk
+from instrument.storage.placed_file import PlacedFile
 from instrument.storage.provenance import now
-from instrument.storage.room import Room
 from protocols import CountBlock, DeviceIdentity, Floats, InputError, Mask, Truth
-
-_MOST_GROWTH: Final = 1 << 20
-"""Most bytes by which HDF5 lengthens a file beside the numbers themselves: a chunk of each dataset, and their indices."""
 
 
 class RecordingWriter:
@@ -78,29 +73,20 @@ class RecordingWriter:
             InputError: ``path`` exists and may not be overwritten, is being recorded, cannot be created, or has too little room.
         """
         refuse_existing(path, overwrite=overwrite)
-        self.path = path
-        """Where the recording is, or will be."""
         self.picture_time_s = picture_time_s
         """Time from one pattern to the next."""
         self._patterns = plan.patterns_per_frame
         self._capacity = plan.frames * self._patterns
         refuse_full_disk(path, self._capacity)
-        self._overwrite = overwrite
-        self._sync = sync
         self._broken = False  # whether HDF5 did not come well out of a call
-        self._length = 0
         self._counts_photons: bool | None = None
-        self._placed = False
-        self.name_taken: InputError | None = None
-        """Set with the first block where another program has made a file of that name meanwhile: ``path`` is another one then."""
         with alone_in(path.resolve().parent):
             self.removed = tuple(remove_remains(path))
             """What programs that died had left beside it, and is removed."""
-            self._part = _claimed(path)
+            self._file = PlacedFile(path, overwrite=overwrite, sync=sync)
             try:
-                self._part.unlock()
                 self._open, self.run = empty_recording(
-                    self._part.path,
+                    self._file.lies_at,
                     plan,
                     {
                         layout.PICTURE_TIME_S: (picture_time_s, "s"),
@@ -113,44 +99,28 @@ class RecordingWriter:
                         layout.BENCH: bench,
                     },
                     devices or {},
-                    name=self.path.name,
+                    name=path.name,
                     with_truth=with_truth,
                 )
                 """Which run it is, as its spill file names it."""
-                self._room = Room(self._part.path, self._part.fileno())
-                self._take_room(0)
-                self._part.let_others_read()
+                self._file.take_room(0)
+                self._file.let_others_read()
             except (OSError, RuntimeError) as error:  # HDF5 raises either for a disk that is full
-                self._part.discard()
+                self._file.discard()
                 raise cannot_be_written(path, error) from error
             except BaseException:
-                self._part.discard()
+                self._file.discard()
                 raise
 
     def _in_place(self) -> OpenRecording:
-        """Give the file in its place; the first time, put it there."""
-        if not self._placed:
+        """Give what is open, in its place; the first time, put it there."""
+        if not self._file.placed:
             if not part.RENAMES_OPEN_FILES:
                 self._open.file.close()
-            self._put_in_place()
-            self._placed = True
+            self._file.put_in_place()
             if not part.RENAMES_OPEN_FILES:
-                self._open = OpenRecording(File(self._part.path, "r+"), self._patterns)
+                self._open = OpenRecording(File(self._file.lies_at, "r+"), self._patterns)
         return self._open
-
-    def _take_room(self, numbers: int) -> None:
-        """Make sure that HDF5 can write so many more numbers, before it begins.
-
-        Raises:
-            OSError: there is no room.
-            StorageFailed: the file has lost its end.
-        """
-        if self._part.fileno() < 0:  # Windows: nobody else may write it
-            return
-        size = os.fstat(self._part.fileno()).st_size
-        if size < self._length or self._room.lost():
-            raise cut_off(self.path, size)
-        self._room.take(size + 8 * numbers + _MOST_GROWTH)
 
     @contextmanager
     def _writing(self) -> Generator[None]:
@@ -161,15 +131,15 @@ class RecordingWriter:
             self._broken = True
             raise
 
-    def _give_room_back(self) -> None:
-        """Give back what was taken beyond the end of the file."""
-        if self._part.fileno() >= 0:
-            self._room.give_back()
+    @property
+    def path(self) -> Path:
+        """Where the recording is, or will be."""
+        return self._file.path
 
-    def _note_length(self) -> None:
-        """Write down how long the file is, for whoever reads it after this program was killed."""
-        self._length = self._part.path.stat().st_size
-        self._open.note_length(self._length)
+    @property
+    def name_taken(self) -> InputError | None:
+        """Set with the first block where another program has made a file of that name meanwhile: ``path`` is another one then."""
+        return self._file.name_taken
 
     @property
     def is_open(self) -> bool:
@@ -179,11 +149,11 @@ class RecordingWriter:
     @property
     def frames(self) -> int:
         """Whole frames that whoever opens ``path`` finds there. Any thread may ask, also during a write."""
-        return self._open.values.whole if self._placed else 0
+        return self._open.values.whole if self._file.placed else 0
 
     def content(self) -> bytes:
         """Give the file as it is now: before its first block, all that a journal needs to make it anew."""
-        return self._part.path.read_bytes()
+        return self._file.lies_at.read_bytes()
 
     def sync(self) -> None:
         """Make sure that what was written survives a power cut. Any thread may call it, also during a write.
@@ -191,15 +161,12 @@ class RecordingWriter:
         Raises:
             OSError: the disk failed.
         """
-        if self._part.fileno() >= 0:
-            self._sync(self._part.fileno())
-        else:  # Windows
-            self.sync_other(self._part.path)
+        self._file.sync()
 
     @property
     def sync_by(self) -> Callable[[int], object]:
         """What makes a file of this run survive a power cut, by its descriptor."""
-        return self._sync
+        return self._file.sync_by
 
     def sync_other(self, path: Path) -> None:
         """Make sure that another file of this run survives a power cut.
@@ -207,8 +174,7 @@ class RecordingWriter:
         Raises:
             OSError: the disk failed.
         """
-        with path.open("rb+") as file:
-            self._sync(file.fileno())
+        self._file.sync_other(path)
 
     def abandon(self, *, hangs: bool = False, keep: bool = True) -> None:
         """Leave a file that failed as it is. HDF5 touches it no more, neither now nor at the end of the process.
@@ -228,37 +194,23 @@ class RecordingWriter:
                 self._open.file.close()
         if not hangs:
             with suppress(OSError):
-                self._give_room_back()
+                self._file.give_room_back()
         try:
-            if not self._placed and keep:
-                self._placed = True
-                self._put_in_place()
+            if not self._file.placed and keep:
+                self._file.placed = True
+                self._file.put_in_place()
         finally:
-            if self._placed:
-                self._part.release()
+            if self._file.placed:
+                self._file.release()
             else:
-                self._part.discard()
-
-    def _put_in_place(self) -> None:
-        try:
-            if self._overwrite:
-                refuse_while_written(self.path, but=self._part.path)
-            self._part.put_in_place(replace=self._overwrite)
-        except (FileExistsError, InputError) as error:
-            # The counts are there: they are kept, and the run is told when they are.
-            self.path, asked = self._part.put_beside(), self.path
-            self.name_taken = InputError(
-                saw=f"{asked}, which another program has made since the run began ({error})",
-                expected="a place that nobody else writes to",
-                remedy=f"what was counted is in {self.path}; name another file for the next run",
-            )
+                self._file.discard()
 
     def append_raw(self, block: CountBlock) -> None:
         """Store counts as they arrived, whatever the audit will make of them.
 
         The first block also tells whether the values are photon counts: uint32 counts are.
         """
-        self._take_room(2 * len(block))
+        self._file.take_room(2 * len(block))
         file = self._in_place()
         if self._counts_photons is None and len(block):
             self._counts_photons = block.photon_counts
@@ -282,7 +234,7 @@ class RecordingWriter:
         edges = np.full(len(values), np.nan) if edge_time_s is None else edge_time_s
         if len(edges) != len(values):
             raise ValueError(f"{len(edges)} edge times for {len(values)} values")
-        self._take_room(2 * (len(values) + self._patterns))
+        self._file.take_room(2 * (len(values) + self._patterns))
         file = self._in_place()
         if file.values.count + len(values) > self._capacity:
             raise ValueError(f"{file.values.count + len(values)} values for the {self._capacity} patterns of the plan")
@@ -290,7 +242,7 @@ class RecordingWriter:
             # Edges first: a recording that breaks off here has no value without its time.
             file.edges.append(edges)
             file.values.append(values)
-            self._note_length()
+            self._open.note_length(self._file.note_length())
 
     def finish(
         self,
@@ -314,7 +266,7 @@ class RecordingWriter:
             ValueError: a mask that is not one flag a frame, a truth that was not announced or has another size, or a report
                 that is too long.
         """
-        self._take_room(4 * len(self._open.values))
+        self._file.take_room(4 * len(self._open.values))
         file = self._in_place()
         frames = len(file.values)
         if frame_valid is not None and frame_valid.shape != (frames,):
@@ -339,24 +291,24 @@ class RecordingWriter:
         file.note_length(0)  # HDF5 knows the length of a file that was closed
         entry.set_attribute("complete", not interrupted)
         self._open.file.close()
-        self._length = 0
-        self._give_room_back()
+        self._file.forget_length()
+        self._file.give_room_back()
         self.sync()
         self.close()
 
     def discard(self) -> None:
         """Close the file and remove it: nothing at all was measured. An older recording stays."""
         self._open.file.close()
-        self._part.discard()
+        self._file.discard()
 
     def close(self) -> None:
         """Close the file as it is, as a partial recording; allowed twice. One without a block is removed."""
-        if not self._placed:
+        if not self._file.placed:
             self.discard()
         elif self._open.file.is_open:
             self._open.file.close()
-            self._give_room_back()
-        self._part.release()
+            self._file.give_room_back()
+        self._file.release()
 
     def __enter__(self) -> Self:
         """Give the open writer."""
@@ -367,7 +319,7 @@ class RecordingWriter:
     ) -> None:
         """Finish a recording that is not finished as a partial one; remove it if nothing at all was measured."""
         if not self._open.file.is_open:
-            self._part.release()
+            self._file.release()
             return
         if not len(self._open.raw_counts) and not self._open.values.count:
             self.discard()
@@ -387,21 +339,3 @@ class RecordingWriter:
 
 def _title(plan: Plan) -> str:
     return "" if plan.run is None else plan.run.title
-
-
-def _claimed(path: Path) -> Part:
-    """Create the file under its temporary name, unless another run makes ``path`` already.
-
-    Raises:
-        InputError: names the other run, or it cannot be created.
-    """
-    try:
-        made = Part(path.resolve(), "recorded")
-    except OSError as error:
-        raise cannot_be_written(path, error) from error
-    try:
-        refuse_while_made(path, but=made.path)  # another run may have begun since that was asked
-    except BaseException:
-        made.discard()
-        raise
-    return made

@@ -90,15 +90,21 @@ class LightPath:
         for posed, image in self._scene.poses(time_s):
             for size in (self._grid.image_size, self._grid.side_mirrors):
                 same: Integers = posed[samples[posed] == size]
-                if len(same):
+                if not len(same):
+                    continue
+                if scale is None and (at_px[same] == at_px[same[0]]).all():  # at rest: each plane has one light
+                    shown, again = np.unique(plane_index[same], return_inverse=True)
+                    packed = [self._plane(int(index)).packed for index in shown]
+                    seen = self._seen(packed, at_px[same[:1]], image)[again]
+                else:
                     packed = [planes[int(picture)].packed for picture in same]
                     seen = self._seen(packed, at_px[same], image, None if scale is None else scale[same])
-                    light[same] += seen * self._optics.object_level
+                light[same] += seen * self._optics.object_level
         lamp = self._optics.lamp.brightness(time_s)
         return PictureLight(light * lamp, np.array([plane.lit_px for plane in planes]))
 
     def _seen(self, packed: Sequence[Bytes], at_px: Floats, scene: AreaImage, scale: Floats | None = None) -> Floats:
-        """``(n,)``: light of ``scene``, displaced by ``at_px`` (n, 2), through planes of one size."""
+        """``(n,)``: light of ``scene``, displaced by ``at_px`` (n, 2), or (1, 2) for all, through planes of one size."""
         light, samples = np.zeros(len(packed)), len(packed[0])
         sample_px = self._grid.image_size / samples
         window = scene.window(at_px, samples, sample_px, scale)
@@ -107,9 +113,12 @@ class LightPath:
         together = max(
             1, _BATCH // ((window.bottom - window.top) * max(window.right - window.left, scene.cells.shape[1]))
         )
+        resting = self._lit(scene, at_px, window, samples, scale) if len(at_px) == 1 else None
         for first in range(0, len(packed), together):
             batch = slice(first, first + together)
-            lit = self._lit(scene, at_px[batch], window, samples, None if scale is None else scale[batch])
+            lit = resting
+            if lit is None:
+                lit = self._lit(scene, at_px[batch], window, samples, None if scale is None else scale[batch])
             passed = lit * self._transmission(packed[batch], window)
             # Not a BLAS product: its order of summation, and so the last bit, depends on the number of threads.
             light[batch] = passed.sum(axis=(1, 2))

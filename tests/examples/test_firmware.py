@@ -6,7 +6,6 @@ import struct
 import subprocess
 from collections.abc import Generator
 from pathlib import Path
-from threading import Lock, Thread
 
 import pytest
 
@@ -14,6 +13,7 @@ from drivers.serial_counter.codec import line
 from drivers.serial_counter.driver import open_serial_counter
 from drivers.serial_counter.settings import SerialCounterSettings
 from protocols import BenchContext, CounterRun, MonotonicClock
+from sim_backends.wire.process_port import ProcessPort
 
 FIRMWARE = Path(__file__).parents[2] / "examples" / "firmware" / "rp2040-counter"
 TICKS_HZ = 62_500_000
@@ -22,42 +22,12 @@ PATIENCE_S = 20.0
 needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc")
 
 
-class Board:
-    """The firmware as a process, and its line as a serial port."""
-
-    timeout: float | None = 0.0
+class Board(ProcessPort):
+    """The firmware as a process, which takes sync edges on its line too."""
 
     def __init__(self, program: Path) -> None:
-        self.process = subprocess.Popen([program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0)
-        self._heard, self._lock = b"", Lock()
+        super().__init__([program])
         self.clock = MonotonicClock()
-        Thread(target=self._listen, daemon=True).start()
-
-    def _listen(self) -> None:
-        assert self.process.stdout is not None
-        while data := self.process.stdout.read(4096):
-            with self._lock:
-                self._heard += data
-
-    @property
-    def in_waiting(self) -> int:
-        return len(self._heard)
-
-    def read(self, size: int = 1) -> bytes:
-        with self._lock:
-            data, self._heard = self._heard[:size], self._heard[size:]
-        return data
-
-    def write(self, b: bytes) -> int:
-        assert self.process.stdin is not None
-        return self.process.stdin.write(b) or 0
-
-    def reset_input_buffer(self) -> None:
-        with self._lock:
-            self._heard = b""
-
-    def close(self) -> None:
-        """The process is ended by the fixture."""
 
     def edges(self, *latched: tuple[int, int]) -> None:
         """Sync edges, each with the pulses and ticks since the start; the machines count down, modulo 2^32."""
@@ -87,8 +57,7 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def board(program: Path) -> Generator[Board]:
     board = Board(program)
     yield board
-    board.process.kill()
-    board.process.communicate()
+    board.close()
 
 
 @needs_gcc

@@ -37,3 +37,18 @@ def test_a_profile_beyond_the_limits_is_refused(changed: dict[str, float], words
     profile = MotionProfile(velocity_mm_s=25, acceleration_mm_s2=50).model_copy(update=changed)
     with pytest.raises(MotionTooFast, match=words):
         LIMITS.check_profile(profile, "stage")
+
+
+@pytest.mark.parametrize(
+    ("velocity_mm_s", "acceleration_mm_s2", "gentle"), [(50.0, 200.0, (10.0, 50.0)), (4.0, 20.0, (4.0, 20.0))]
+)
+def test_a_stage_moves_gently_where_nobody_says_how(
+    velocity_mm_s: float, acceleration_mm_s2: float, gentle: tuple[float, float]
+) -> None:
+    """At 10 mm/s and 50 mm/s^2; a stage that cannot do that, as fast as it can."""
+    limits = StageLimits(
+        travel_mm=(0.0, 1.0), max_velocity_mm_s=velocity_mm_s, max_acceleration_mm_s2=acceleration_mm_s2
+    )
+    profile = limits.gentle_profile
+    assert (profile.velocity_mm_s, profile.acceleration_mm_s2, profile.initial_velocity_mm_s) == (*gentle, 0.0)
+    limits.check_profile(profile, "stage")

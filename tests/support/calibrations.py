@@ -15,6 +15,15 @@ SIMULATED = {
     "stage": CalibratedDevice(vendor="Kinopix", model="simulated KA400Z"),
 }
 
+MEASURED_SCENE = """object_at_mm = 10.0
+px_per_mm = 2.0
+axis_angle_deg = 40.0
+start_px = [7.3, 8.1]
+blur_px = 0.5
+fresh_noise = true
+noise = { kind = "poisson", peak_counts = 3000, seed = 5 }"""
+"""A bench on which a displacement is measured: 2 px/mm at 40 degrees, and the light of 3,000 counts a pattern."""
+
 
 def displacement(
     px_per_mm: float = 7.2,

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from instrument.calibration import Ladder, Visit, displacement_of, static_plan, take_views
+from instrument.calibration import Ladder, Visit, displacement_of, registration, static_plan, take_views
 from instrument.numerics import coverage_factor
 from protocols import InputError, PlanError, TravelExceeded
 from tests.instrument.calibration.stages import POSITIONS_MM, TRUE_ANGLE_DEG, TRUE_PX_PER_MM, bench_with, visits_of
@@ -29,6 +29,23 @@ def test_scale_and_axis_are_found_within_their_intervals(visits: list[Visit]) ->
     assert abs(found.px_per_mm - TRUE_PX_PER_MM) < reach * found.px_per_mm_sigma
     assert 1e-4 < found.px_per_mm_sigma / found.px_per_mm < 1e-3
     assert (found.method, found.date, found.image_size, found.superpixel) == ("static images", DATE, 32, 4)
+
+
+def test_places_stand_still_after_a_few_rounds(visits: list[Visit], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Gauss-Newton doubles its right digits: a common displacement, which no view speaks of, must not keep it going."""
+    inside: Any = registration
+    rounds: list[float] = []
+    step = inside._step
+
+    def counted(*arguments: Any) -> Any:
+        corrected = step(*arguments)
+        rounds.append(corrected[-1])
+        return corrected
+
+    monkeypatch.setattr(inside, "_step", counted)
+    displacement_of(visits, DATE)
+    assert 2 <= len(rounds) <= 8
+    assert rounds[-1] < inside._STANDS
 
 
 def test_every_image_is_listed_with_position_and_residual(visits: list[Visit]) -> None:

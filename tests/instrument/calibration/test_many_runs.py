@@ -15,15 +15,9 @@ from instrument.config import DisplacementSection, read_calibration
 from instrument.storage import open_recording
 from instrument.workers import Where
 from tests.support.benches import bench_toml
+from tests.support.calibrations import MEASURED_SCENE
 
 DATE = datetime(2026, 1, 2, tzinfo=UTC)
-SCENE = """object_at_mm = 10.0
-px_per_mm = 2.0
-axis_angle_deg = 40.0
-start_px = [7.3, 8.1]
-blur_px = 0.5
-fresh_noise = true
-noise = { kind = "poisson", peak_counts = 3000, seed = 5 }"""
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +25,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Three runs, a copy of one, and a file that is no recording; beside the bench.toml of their bench."""
     folder = tmp_path_factory.mktemp("runs")
     (folder / "runs").mkdir()
-    with Instrument.from_toml(bench_toml(folder, SCENE)) as bench:
+    with Instrument.from_toml(bench_toml(folder, MEASURED_SCENE)) as bench:
         for name, speed in (("a", 25.0), ("b", 30.0), ("c", 35.0)):
             motion = MotionPlan(start_mm=1.0, velocity_mm_s=speed)
             bench.run(Plan(frames=300, image_size=32, superpixel=4, motion=motion), folder / "runs" / f"{name}.h5")

@@ -10,15 +10,7 @@ from instrument.config import read_calibration
 from instrument.plan import MotionPlan, Plan
 from instrument.storage import open_recording
 from tests.support.benches import bench_toml, plan_toml
-
-SCENE = """object_at_mm = 10.0
-px_per_mm = 2.0
-axis_angle_deg = 40.0
-start_px = [7.3, 8.1]
-blur_px = 0.5
-fresh_noise = true
-noise = { kind = "poisson", peak_counts = 3000, seed = 5 }"""
-"""2 px/mm at 40 degrees; the light of 3,000 counts a pattern."""
+from tests.support.calibrations import MEASURED_SCENE
 
 SMALL = ["--image-size", "32", "--superpixel", "4", "--frames", "1024"]
 
@@ -30,7 +22,7 @@ def said_of(capsys: pytest.CaptureFixture[str]) -> str:
 
 
 def test_it_is_measured_written_named_and_used(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    bench = bench_toml(tmp_path, SCENE)
+    bench = bench_toml(tmp_path, MEASURED_SCENE)
     arguments = ["calibrate", "displacement", "--bench", str(bench), *SMALL]
     assert status([*arguments, "--positions-mm", "10,14.5,19", "--one-way"]) == 0
     said = said_of(capsys)
@@ -79,7 +71,7 @@ def test_it_is_measured_written_named_and_used(tmp_path: Path, capsys: pytest.Ca
 def test_what_cannot_be_asked_is_said_before_anything_moves(
     tmp_path: Path, arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    bench = bench_toml(tmp_path, SCENE)
+    bench = bench_toml(tmp_path, MEASURED_SCENE)
     assert status(["calibrate", "displacement", "--bench", str(bench), *SMALL, *arguments]) == 2
     assert message in said_of(capsys)
     assert [path.name for path in tmp_path.iterdir()] == ["bench.toml"]
@@ -88,7 +80,7 @@ def test_what_cannot_be_asked_is_said_before_anything_moves(
 def test_a_file_of_another_bench_is_left_as_it_is(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text = 'version = 1\n[bench.stage]\nvendor = "Zolix"\nmodel = "KA200"\n'
     (tmp_path / "calibration.toml").write_text(text)
-    bench = bench_toml(tmp_path, SCENE)
+    bench = bench_toml(tmp_path, MEASURED_SCENE)
     arguments = [
         "calibrate",
         "displacement",

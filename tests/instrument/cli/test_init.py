@@ -36,7 +36,7 @@ def test_the_files_load_as_they_are_and_with_every_default_written_out(tmp_path:
 
 
 def test_what_a_real_stage_needs_is_named_and_then_missed_by_the_check(tmp_path: Path) -> None:
-    needed = ["lead_mm", "microsteps", "travel_mm", "max_velocity_mm_s", "max_acceleration_mm_s2", "home_velocity_mm_s"]
+    needed = ["travel_mm", "max_velocity_mm_s", "max_acceleration_mm_s2", "lead_mm", "microsteps", "home_velocity_mm_s"]
     assert f"bench.toml needs what only you can know: {', '.join(needed)}" in written(tmp_path, "--stage", "ka400z")
     with pytest.raises(ConfigError) as caught:
         load_bench(tmp_path / "bench.toml")

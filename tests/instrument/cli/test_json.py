@@ -55,7 +55,9 @@ def test_the_commands_of_a_new_bench_print_one_object_with_warnings(
     shown = asked("show", "white", "--bench", bench, "--seconds", "1", *small)
     assert (shown["side_mirrors"], shown["dark"], shown["warnings"]) == (128, True, [])
     assert asked("export", "run.h5", "--csv", "--npz")["written"] == {"csv": "run.csv", "npz": "run.npz"}
-    assert asked("init", "new", "--stage", "ka400z")["needed"][0] == "lead_mm"
+    needed = asked("init", "new", "--stage", "ka400z")["needed"]
+    assert needed[:3] == ["travel_mm", "max_velocity_mm_s", "max_acceleration_mm_s2"]
+    assert needed[3:] == ["lead_mm", "microsteps", "home_velocity_mm_s"]
     assert asked("new-driver", "m1", "--kind", "stage")["folder"] == "m1"
     assert asked("drivers", "probe").keys() == {"devices", "warnings"}
     assert len(asked("drivers")["plugins"]) > 10

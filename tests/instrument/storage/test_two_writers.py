@@ -127,7 +127,7 @@ def test_of_two_runs_that_begin_at_the_same_moment_one_records(path: Path, monke
                 both_have_a_file.wait(0.5)
 
     monkeypatch.setattr("instrument.storage.writer.refuse_full_disk", meet)
-    monkeypatch.setattr("instrument.storage.writer.refuse_while_made", look_late)
+    monkeypatch.setattr("instrument.storage.placed_file.refuse_while_made", look_late)
 
     def begin(_which: int) -> RecordingWriter | InputError:
         try:

@@ -119,6 +119,19 @@ def test_planes_are_fetched_once_and_each_picture_keeps_its_own() -> None:
     assert fetched == [1, 0]
 
 
+def test_an_object_at_rest_gives_the_light_of_each_picture_alone() -> None:
+    """To the bit, whether a plane comes once or often, and with an object that moves on before the last picture."""
+    rng = np.random.default_rng(4)
+    packed = [_packed(*[(4 + r, 8 + c) for r in range(8) for c in range(8) if rng.random() < 0.5]) for _ in range(3)]
+    path = LightPath(ChangingImage(AreaImage(rng.random((4, 4)), 1.0, 0.0, 0.0)), Optics(), GRID, packed.__getitem__)
+    order, resting = np.array([2, 0, 2, 1, 0]), np.tile([0.3, -0.7], (5, 1))
+    moved = resting + np.array([[0.0], [0.0], [0.0], [0.0], [0.5]])
+    for at_px in (resting, moved):
+        alone = [path.of(order[k : k + 1], at_px[k : k + 1], np.zeros(1)).light.item() for k in range(5)]
+        assert path.of(order, at_px, np.zeros(5)).light.tolist() == alone
+        assert len(set(alone)) == (3 if at_px is resting else 4)
+
+
 def test_a_lamp_that_fades_is_dark_and_not_darker_than_dark() -> None:
     """Level 3 and -0.25 a second: 3 at 0 s, 1.5 at 2 s, nothing at 4 s and after."""
     scene = AreaImage(np.ones((1, 1)), 1.0, 0.0, 0.0)

@@ -4,71 +4,28 @@
 300 bins of 100 us, twice, bin k with 7 k mod 50 pulses.
 """
 
-import subprocess
 import sys
 from pathlib import Path
-from threading import Lock, Thread
 
 import numpy as np
 
 from drivers.serial_counter.driver import open_serial_counter
 from drivers.serial_counter.settings import SerialCounterSettings
 from protocols import BenchContext, CounterRun, MonotonicClock
+from sim_backends.wire.process_port import ProcessPort
 
 BINS, PERIOD_CYCLES, CLOCK_HZ = 300, 12_500, 125e6
-
-
-class Port:
-    """The emulator's standard input and output as a serial port."""
-
-    timeout: float | None = 0.0
-
-    def __init__(self, image: str) -> None:
-        """Start the emulator."""
-        command = ["node", "serve.mjs", str(Path(image).resolve()), str(BINS), str(PERIOD_CYCLES)]
-        pipe = subprocess.PIPE
-        self._chip = subprocess.Popen(command, stdin=pipe, stdout=pipe, cwd=Path(__file__).parent, bufsize=0)  # noqa: S603 - ours
-        self._heard, self._lock = b"", Lock()
-        Thread(target=self._listen, daemon=True).start()
-
-    def _listen(self) -> None:
-        while self._chip.stdout and (data := self._chip.stdout.read(4096)):
-            with self._lock:
-                self._heard += data
-
-    @property
-    def in_waiting(self) -> int:
-        """Bytes that can be read at once."""
-        return len(self._heard)
-
-    def read(self, size: int = 1) -> bytes:
-        """Read up to ``size`` bytes."""
-        with self._lock:
-            data, self._heard = self._heard[:size], self._heard[size:]
-        return data
-
-    def write(self, b: bytes) -> int:
-        """Write all of it."""
-        return self._chip.stdin.write(b) or 0 if self._chip.stdin else 0
-
-    def reset_input_buffer(self) -> None:
-        """Throw away what came before."""
-        with self._lock:
-            self._heard = b""
-
-    def close(self) -> None:
-        """End the emulator."""
-        self._chip.kill()
-        self._chip.wait()
 
 
 def main() -> None:
     """Count twice, and print what came."""
     clock = MonotonicClock()
+    emulator = ["node", "serve.mjs", str(Path(sys.argv[1]).resolve()), str(BINS), str(PERIOD_CYCLES)]
+    port = ProcessPort(emulator, Path(__file__).parent)
     settings = SerialCounterSettings(
         reply_margin_s=20.0, max_sync_rate_hz=20_000
     )  # it is some 20 times slower than a chip
-    with open_serial_counter(settings, BenchContext(clock=clock, transport=Port(sys.argv[1]))) as counter:
+    with open_serial_counter(settings, BenchContext(clock=clock, transport=port)) as counter:
         print(counter.identity.model, "ticks of", counter.limits.edge_time_resolution_s, "s")
         for _ in range(2):
             counter.arm(CounterRun(n_bins=BINS, n_expected=BINS, period_s=PERIOD_CYCLES / CLOCK_HZ))
