@@ -1,7 +1,6 @@
 PY := .venv/bin/python
 
 SITE := NUMBA_DISABLE_JIT=1 $(PY) -m sphinx --quiet --fresh-env --fail-on-warning --keep-going --conf-dir docs --doctree-dir build/doctrees
-PACKAGES := pip install --quiet --no-compile --constraint constraints.txt --editable '.[dev]'
 
 .PHONY: demo test thorough coverage lint mypy pyright format docs docs-links clean
 test thorough coverage: export PYTHONDONTWRITEBYTECODE =  # a module is compiled once, not in each of the many processes of the tests
@@ -22,9 +21,8 @@ clean: ; rm -rf .venv demo build dist *.egg-info
 
 .venv/ready: pyproject.toml constraints.txt
 	python3 -m venv .venv
-	# uv takes a third of the time, but knows nothing of pip's settings: where it does not reach the packages, pip may.
-	($(PY) -m pip install --quiet --disable-pip-version-check --constraint constraints.txt uv && $(PY) -m uv $(PACKAGES)) || $(PY) -m $(PACKAGES)
-	$(PY) -m compileall -q -j 0 -x '/(tests?|pip|mypy|networkx)/' .venv/lib || true  # not what is never imported
+	$(PY) -m pip install --no-compile --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
+	$(PY) -m compileall -q -j 0 -x '/(tests?|pip|mypy|networkx)/' .venv/lib || true  # on all cores, and not what is never imported
 	touch $@
 
 # The compiled loops, once: lint and docs do not wait for them.
