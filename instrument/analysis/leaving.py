@@ -22,6 +22,15 @@ from protocols import Floats, InputError, Mask
 _PARTS: Final = 20
 """Parts of a run over one of which the total light is averaged: more than a period of the mains."""
 
+_SHORTER: Final = 4
+"""How much shorter the times are over which a fall in the last part is looked for."""
+
+_SHORTEST: Final = 8
+"""Frames that they have at least."""
+
+_SURE: Final = 6.0
+"""Scatter of the means before by which the light must fall there."""
+
 _FEWEST_FRAMES: Final = 200
 """Frames before the light falls below which nothing is concluded."""
 
@@ -73,16 +82,11 @@ def leaving(measurement: Measurement) -> Leaving | None:
     scheme = measurement.scheme
     if scheme.position is None or scheme.image_rows is None:
         return None
-    trend, sigma = _trend(measurement.total, measurement.valid)
-    steady = float(np.quantile(trend, 0.8))
-    lowest = steady - max(_FALLEN * steady, _SIGMAS * sigma)
-    part = len(trend) // _PARTS
-    last = int(np.flatnonzero(trend >= lowest)[-1]) - part // 2
-    if steady <= 0 or last < _FEWEST_FRAMES or last > len(trend) - part:
+    fall = _fall(measurement.total, measurement.valid) or _late_fall(measurement.total, measurement.valid)
+    if fall is None or fall.last < _FEWEST_FRAMES:
         return None
-    if float(trend[:last].max()) > steady + max(_DRIFTS * steady, _SIGMAS * sigma):
-        return None  # it fell from the beginning on, as that of a lamp
-    before = np.arange(len(trend)) < last
+    last = fall.last
+    before = np.arange(len(measurement)) < last
     whole = first_light(replace(measurement, valid=measurement.valid & before))
     found = find_path(whole, "smooth", None)
     if found.trajectory is None or found.trajectory.angle_deg is not None:
@@ -90,9 +94,9 @@ def leaving(measurement: Measurement) -> Leaving | None:
     path = going_on(found.trajectory, last)
     image = reconstruct(whole, path, "tv").at_patterns
     share = share_inside(image, path.displacement_px)
-    missing = 1 - share[last:]
-    off = float(np.abs(trend[last:] / steady - share[last:]).mean())
-    if missing.max() < _OUT or off > _AGREE * float(missing.mean()):
+    expected = _means(share, measurement.valid, fall.half)[last:]
+    off = float(np.abs(fall.light[last:] - expected).mean())
+    if share[last:].min() > 1 - _OUT or off > _AGREE * float(1 - expected.mean()):
         return None
     return Leaving(whole, path, share, last)
 
@@ -219,15 +223,61 @@ def _told(found: Found, left: Leaving) -> Found:
     return replace(found, measurement=replace(found.measurement, findings=(*found.measurement.findings, finding)))
 
 
+@dataclass(frozen=True, eq=False)
+class _Fall:
+    """Light that falls towards the end of a run."""
+
+    light: Floats
+    """``(frames,)``: means around each frame, over the light before."""
+
+    half: int
+    """Frames before and after that each of these means reaches."""
+
+    last: int
+    """Frame until which it is steady."""
+
+
+def _fall(total: Floats, valid: Mask) -> _Fall | None:
+    """Find a fall that takes more than a part of the run."""
+    trend, sigma = _trend(total, valid)
+    steady = float(np.quantile(trend, 0.8))
+    allowed = _SIGMAS * sigma
+    half = len(trend) // _PARTS // 2
+    last = int(np.flatnonzero(trend >= steady - max(_FALLEN * steady, allowed))[-1]) - half
+    if steady <= 0 or last < 1 or last > len(trend) - 2 * half:
+        return None
+    if float(trend[:last].max()) > steady + max(_DRIFTS * steady, allowed):
+        return None  # it fell from the beginning on, as that of a lamp
+    return _Fall(trend / steady, half, last)
+
+
+def _late_fall(total: Floats, valid: Mask) -> _Fall | None:
+    """Find a fall in the last part of the run, by means over shorter times. Those of a lamp that flickers scatter before too."""
+    half = max(len(total) // _PARTS // _SHORTER // 2, _SHORTEST // 2)
+    trend = _means(total, valid, half)
+    before = trend[: -len(total) // _PARTS]
+    steady = float(np.median(before))
+    scatter = 1.4826 * float(np.median(np.abs(before - steady)))
+    last = int(np.flatnonzero(trend >= steady - max(_FALLEN * steady, _SURE * scatter))[-1]) - half
+    if steady <= 0 or last > len(trend) - 2 * half:
+        return None
+    return _Fall(trend / steady, half, last)
+
+
 def _trend(total: Floats, valid: Mask) -> tuple[Floats, float]:
     """Means of the total light over a part of the run around each frame; and their standard deviation by noise."""
+    half = max(len(total) // _PARTS // 2, 1)
+    known = total[valid]
+    noise = float(np.median(np.abs(np.diff(known)))) / (0.6745 * 2**0.5) if len(known) > 1 else 0.0
+    return _means(total, valid, half), noise / (2 * half + 1) ** 0.5
+
+
+def _means(total: Floats, valid: Mask, half: int) -> Floats:
+    """``(frames,)``: means of the total light of the valid frames up to ``half`` away from each frame."""
     frames = len(total)
-    half = max(frames // _PARTS // 2, 1)
     sums = np.concatenate(
         [np.zeros((2, 1)), np.cumsum([np.where(valid, total, 0.0), valid.astype(np.float64)], axis=1)], axis=1
     )
     low, high = np.maximum(np.arange(frames) - half, 0), np.minimum(np.arange(frames) + half + 1, frames)
     light, count = sums[:, high] - sums[:, low]
-    known = total[valid]
-    noise = float(np.median(np.abs(np.diff(known)))) / (0.6745 * 2**0.5) if len(known) > 1 else 0.0
-    return light / np.maximum(count, 1.0), noise / (2 * half + 1) ** 0.5
+    return np.asarray(light / np.maximum(count, 1.0), np.float64)

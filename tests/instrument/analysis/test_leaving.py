@@ -61,6 +61,22 @@ def test_without_the_frames_in_which_it_leaves_nothing_is_found(leaves: Recordin
     assert np.array_equal(np.flatnonzero(left.whole.valid), np.arange(left.end_frame))
 
 
+def test_a_part_that_leaves_in_the_last_frames_alone_is_noticed() -> None:
+    """13 px wide about column 28.4, it goes 30 px: out by 1 px or two in the last 33 frames; the lamp flickers by 2 %."""
+    late = recorded(30 / 46, start_px=[28.4, 28.4], led_flicker=0.02)
+    assert late.truth is not None
+    share = share_inside(late.truth.image, late.truth.displacement_px)
+    assert 0.85 < share[-1] < 0.95
+    left = leaving(Measurement.of(late))
+    assert left is not None
+    assert 455 < left.end_frame < 490
+
+
+def test_a_lamp_that_flickers_is_no_object_that_leaves_in_the_last_frames() -> None:
+    """At 100 Hz the 150 ms of the run end with a whole period: its last frames are darker than most by up to a fifth."""
+    assert leaving(Measurement.of(recorded(24 / 46, start_px=[28.4, 28.4], led_flicker=0.2))) is None
+
+
 def test_the_share_is_that_of_the_light_whose_pixels_are_inside() -> None:
     """Three pixels of light 1, 2 and 1 in the last columns of a field of 8, and one too dark to be the object's."""
     image = np.zeros((8, 8))
