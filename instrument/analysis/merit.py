@@ -71,7 +71,8 @@ class Figures(Frozen):
     """Its stated standard deviation, that of the last frame."""
 
     displacement_mse_px2: float | None = None
-    """Mean squared error of the displacement over frames and both axes, relative to frame 0."""
+    """Mean squared error of the displacement over both axes and the frames in which it is known, relative to frame 0, or to the
+    frame that displacements are relative to."""
 
     displacement_mse_offset_free_px2: float | None = None
     """Mean squared error of the displacement after a constant shift is removed."""
@@ -225,7 +226,9 @@ def figures_of(
         stage: what the stage did.
     """
     light_change = measurement.light_change()
-    of_path, of_image = _path_figures(trajectory, truth), _image_figures(reconstruction, truth, measurement)
+    reference = 0 if trajectory is None else trajectory.reference_frame
+    of_path = _path_figures(trajectory, truth)
+    of_image = _image_figures(reconstruction, None if reference else truth, measurement)
     used = int(np.count_nonzero(measurement.valid))
     if trajectory is not None and used < 2:
         of_path |= {"travel_px": None, "sigma_px": None, "motion_px": None, "motion_mm": None}
@@ -253,7 +256,8 @@ def _path_figures(trajectory: Trajectory | None, truth: Truth | None) -> dict[st
     """Compute the figures of the path."""
     if trajectory is None:
         return {}
-    found_px, sigma_px = trajectory.displacement_px, float(np.median(trajectory.sigma_px))
+    found_px, finite = trajectory.displacement_px, np.isfinite(trajectory.sigma_px)
+    sigma_px = float(np.median(trajectory.sigma_px[finite])) if finite.any() else np.inf
     figures: dict[str, Any] = {
         "travel_px": tuple(found_px[-1].tolist()),
         "sigma_px": sigma_px if np.isfinite(sigma_px) and sigma_px > 0 else None,
@@ -273,8 +277,11 @@ def _path_figures(trajectory: Trajectory | None, truth: Truth | None) -> dict[st
         if truth is not None and truth.image.sum() > 0:
             figures["start_error_px"] = float(np.hypot(*(trajectory.start_px - _centroid_px(truth.image))))
     if truth is not None:
-        figures["displacement_mse_px2"] = displacement_mse(found_px, truth.displacement_px)
-        figures["displacement_mse_offset_free_px2"] = offset_free_mse(found_px, truth.displacement_px)
+        truth_px = truth.displacement_px - truth.displacement_px[trajectory.reference_frame]
+        known = np.isfinite(trajectory.sigma_px).all(axis=1)
+        known = known if np.count_nonzero(known) > 1 else np.ones_like(known)
+        figures["displacement_mse_px2"] = displacement_mse(found_px[known], truth_px[known])
+        figures["displacement_mse_offset_free_px2"] = offset_free_mse(found_px[known], truth_px[known])
     return figures
 
 

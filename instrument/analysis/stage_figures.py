@@ -24,7 +24,8 @@ class StageFigures(Frozen):
     """The stage's run."""
 
     commanded_mm: float
-    """Travel that was commanded from the middle of the first frame to that of the last, with its sign."""
+    """Travel that was commanded from the middle of the first frame, or that which displacements are relative to, to that of the
+    last, with its sign."""
 
     travel_ratio: Quantity | None
     """Travel of the image, in mm by the calibration, over the one commanded; None without a calibration."""
@@ -112,7 +113,8 @@ def stage_figures(recording: Recording, trajectory: Trajectory) -> StageFigures 
     if motion is None or len(trajectory) < 2:
         return None
     run_s, middle_s = recording.plan.run_time_s, trajectory.time_s
-    commanded_mm = motion.position_mm(run_s, float(middle_s[-1])) - motion.position_mm(run_s, float(middle_s[0]))
+    begun_s = float(middle_s[trajectory.reference_frame])
+    commanded_mm = motion.position_mm(run_s, float(middle_s[-1])) - motion.position_mm(run_s, begun_s)
     fit = trajectory.motion_mm
     ratio = None
     if fit is not None and commanded_mm:

@@ -4,7 +4,14 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 FindingKind: TypeAlias = Literal[
-    "impossible counts", "shifted patterns", "wild counts", "wiring", "lamp", "leaves the field", "changes shape"
+    "impossible counts",
+    "shifted patterns",
+    "wild counts",
+    "wiring",
+    "lamp",
+    "comes into the field",
+    "leaves the field",
+    "changes shape",
 ]
 
 

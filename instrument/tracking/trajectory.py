@@ -24,10 +24,10 @@ class Trajectory:
     """Displacement of every frame. ``numpy.asarray`` gives ``displacement_px``."""
 
     displacement_px: Floats
-    """``(frames, 2)``: x, y in the middle of each frame, relative to frame 0."""
+    """``(frames, 2)``: x, y in the middle of each frame, relative to ``reference_frame``."""
 
     sigma_px: Floats
-    """``(frames, 2)``: standard deviation of ``displacement_px``; 0 at frame 0, infinite where nothing is known."""
+    """``(frames, 2)``: standard deviation of ``displacement_px``; 0 at ``reference_frame``, infinite where nothing is known."""
 
     frame_time_s: float
     """Time from one frame to the next. The middle of frame k is k + 1/2 of it after the first edge."""
@@ -63,6 +63,10 @@ class Trajectory:
     """``(2,)``: standard deviation of ``start_px``."""
     covariance: PathCovariance | None = None
     """How its errors hang together; None for a path that was not smoothed, or of few frames."""
+
+    reference_frame: int = 0
+    """Frame that displacements are relative to, and whose image is shown: the first one, but of an object that comes into the
+    field the first in which all of it is inside."""
 
     scale: DisplacementSection | None = None
     """Pixels a millimetre and axis of the bench that it was recorded on; None where it was not calibrated."""
