@@ -20,7 +20,7 @@ from instrument.joint import refine
 from instrument.measurement import Finding, FindingKind, Measurement, first_light
 from instrument.reconstruction import reconstruct
 from instrument.tracking import Trajectory
-from protocols import Floats, InputError, Mask
+from protocols import Floats, Mask
 
 _FEWEST_FRAMES: Final = 200
 """Frames of steady light below which nothing is concluded."""
@@ -88,7 +88,7 @@ def _seen(measurement: Measurement, rise: Change | None, fall: Change | None) ->
     found = find_path(whole, "smooth", None).trajectory
     if found is None or found.angle_deg is not None:
         return None
-    path = going_on(relative_to(found, first), first, end)
+    path = going_on(found.relative_to(first), first, end)
     share = share_inside(reconstruct(whole, path, "tv").at_patterns, path.displacement_px)
     for change in (rise, fall):
         if change is not None:
@@ -109,17 +109,8 @@ def follow(found: Crossing, valid: Mask, background: Background, grid: Grid, *, 
             Where the object comes in, ``auto`` looks for none: the coarse patterns of the first frames, which tell it from the
             object, were not seen.
         grid: as in ``analyse``.
-        shape: as in ``analyse``, where there is no background; ``auto`` looks for no change where the object comes in.
-
-    Raises:
-        InputError: a change of shape is asked for of an object that comes in.
+        shape: as in ``analyse``, where there is no background.
     """
-    if shape == "changing" and found.trajectory.reference_frame:
-        raise InputError(
-            saw=f"a changing shape of an object that comes into the field until frame {found.first_frame}",
-            expected="an object whose shape counts from frame 0",
-            remedy="leave the shape out, or begin the run when the object is inside",
-        )
     finer = None if grid == "auto" else int(grid)
     comes = found.trajectory.reference_frame > 0
     behind = "none" if comes and background == "auto" else background
@@ -130,38 +121,14 @@ def follow(found: Crossing, valid: Mask, background: Background, grid: Grid, *, 
         share = share_inside(inside.image.at_patterns, path.displacement_px)
         seen = replace(inside.measurement, valid=valid & (share >= _SEEN))
         region = inside.image.region.grown(_MORE_PX, len(inside.image.at_patterns))
-        both = refine(seen, path, region=region, grid=finer, background="none", shape="rigid" if comes else shape)
+        both = refine(seen, path, region=region, grid=finer, background="none", shape=shape)
         refined = Found(both.measurement, both.trajectory, both.image, inside.refinements + both.refinements)
     if refined.trajectory is None:
         return refined
-    path = known_where_seen(refined.trajectory, refined.measurement.valid)
+    path = refined.trajectory.known_where(refined.measurement.valid)
     if not comes:
         path = placed_at(refined.measurement, path, refined.reconstruction)
     return _told(replace(refined, trajectory=path), found)
-
-
-def relative_to(trajectory: Trajectory, frame: int) -> Trajectory:
-    """Let displacements count from another frame; their uncertainty is not stated anew, for a path that is to be refined."""
-    place_px = trajectory.displacement_px
-    if frame == trajectory.reference_frame:
-        return trajectory
-    return replace(trajectory, displacement_px=place_px - place_px[frame], reference_frame=frame, covariance=None)
-
-
-def known_where_seen(trajectory: Trajectory, seen: Mask) -> Trajectory:
-    """Say that nothing is known of a path before the object was seen, nor after: it may do anything out there."""
-    used = np.flatnonzero(seen)
-    first, end = int(used[0]) if trajectory.reference_frame else 0, int(used[-1]) + 1
-    sigma_px = trajectory.sigma_px.copy()
-    sigma_px[:first] = np.inf
-    sigma_px[end:] = np.inf
-    covariance = trajectory.covariance
-    if covariance is not None:
-        count = int(np.count_nonzero(covariance.frame < end))
-        covariance = replace(
-            covariance, frame=covariance.frame[:count], covariance_px2=covariance.covariance_px2[:, :count, :count]
-        )
-    return replace(trajectory, sigma_px=sigma_px, covariance=covariance)
 
 
 def going_on(trajectory: Trajectory, first_frame: int, end_frame: int) -> Trajectory:
