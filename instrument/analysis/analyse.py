@@ -11,7 +11,7 @@ import numpy as np
 from instrument.analysis.causes import numbers_that_end, refuse_endless, refuse_hopeless, refuse_size
 from instrument.analysis.explanations import explained
 from instrument.analysis.find import Found, find_image, find_path
-from instrument.analysis.leaving import follow_out, leaving, refuse_entering
+from instrument.analysis.leaving import crossing, follow
 from instrument.analysis.merit import Figures, figures_of
 from instrument.analysis.stage_figures import stage_figures
 from instrument.choices import Background, Grid, Method, Normalise, Shape, Tracking
@@ -62,8 +62,25 @@ class Analysis:
 
     @property
     def image(self) -> Floats | None:
-        """``(grid m, grid m)``: the image at frame 0, row = y (down), column = x; None where the scheme only tracks."""
+        """``(grid m, grid m)``: the image at ``reference_frame``, row = y down; None where the scheme only tracks."""
         return None if self.reconstruction is None else self.reconstruction.image
+
+    @property
+    def reference_frame(self) -> int:
+        """Frame that displacements are relative to, and that the image is of: 0, but of an object that comes into the field."""
+        return 0 if self.trajectory is None else self.trajectory.reference_frame
+
+    @property
+    def truth_px(self) -> Floats | None:
+        """``(frames, 2)``: the true displacement, relative to ``reference_frame``; None where it is unknown."""
+        truth = self.recording.truth
+        return None if truth is None else truth.displacement_px - truth.displacement_px[self.reference_frame]
+
+    @property
+    def true_image(self) -> Floats | None:
+        """``(m, m)``: the true image; None where it is unknown at ``reference_frame``."""
+        truth = self.recording.truth
+        return None if truth is None or self.reference_frame else truth.image
 
     def __repr__(self) -> str:
         """Say in one line how good it is."""
@@ -195,11 +212,10 @@ def analyse(
     wanted = "none" if background == "auto" and recording.background is not None else background
     with numbers_that_end():
         tell("following the object", 0, 3)
-        left = None
+        crossed = None
         if tracking == "joint" and method == "tv":
-            refuse_entering(replace(measurement, normalise=normalise))
-            left = leaving(replace(measurement, normalise=normalise))
-        if left is None:
+            crossed = crossing(replace(measurement, normalise=normalise))
+        if crossed is None:
 
             def find(run: Measurement) -> Found:
                 """Find path and image."""
@@ -211,7 +227,7 @@ def analyse(
             measurement = found.measurement
         else:
             tell("reconstructing", 1, 3)
-            found = follow_out(left, measurement.valid, wanted, grid, shape=shape)
+            found = follow(crossed, measurement.valid, wanted, grid, shape=shape)
     refuse_endless(found.trajectory, found.reconstruction)
     trajectory, reconstruction = found.trajectory, found.reconstruction
     known = recording.calibration if isinstance(recording, Recording) else None  # pyright: ignore[reportUnnecessaryIsInstance]

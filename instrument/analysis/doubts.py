@@ -133,11 +133,11 @@ def _frame_doubts(used: int, trajectory: Trajectory | None, reconstruction: Reco
 
 
 def _light_doubts(measurement: Measurement, *, stays: bool) -> tuple[str, ...]:
-    """Say what a light that changes may be, unless it was found to be the object that leaves."""
+    """Say what a light that changes may be, unless it was found to be the object that comes, or leaves."""
     found: list[str] = []
     light_change = measurement.light_change()
-    leaves = any(finding.kind == "leaves the field" for finding in measurement.findings)
-    if not leaves and light_change > max(_LIGHT_CHANGE, _chance_of_light(measurement)):
+    crosses = any(finding.kind in {"comes into the field", "leaves the field"} for finding in measurement.findings)
+    if not crosses and light_change > max(_LIGHT_CHANGE, _chance_of_light(measurement)):
         change = f"the field's total light changed by {100 * light_change:.0f} % in the run: "
         found.append(
             change

@@ -1,6 +1,7 @@
 """Path and image of a recording, each by the method that was asked for, as far as its scheme goes."""
 
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
@@ -10,6 +11,9 @@ from instrument.measurement import Measurement
 from instrument.reconstruction import Reconstruction, method_of, reconstruct
 from instrument.tracking import Trajectory, track, with_start
 from protocols import InputError
+
+_DARK_FRAMES: Final = 8
+"""Frames at the beginning and at the end of which none was measured, up to which the path is drawn on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +53,15 @@ def find_path(measurement: Measurement, tracking: Tracking, mean_filter: int | N
     if measurement.scheme.position is None:
         return Found(measurement)
     way: TrackingMethod = "per-frame" if tracking == "per-frame" else "smooth"
-    return Found(measurement, track(measurement, way, mean_filter=mean_filter))
+    path = track(measurement, way, mean_filter=mean_filter)
+    return Found(measurement, path.relative_to(_reference_frame(measurement)) if tracking == "joint" else path)
+
+
+def _reference_frame(measurement: Measurement) -> int:
+    """Frame that displacement and image are to refer to: the first one, unless the run begins in the dark."""
+    position, first = measurement.scheme.position, int(np.argmax(measurement.valid))
+    counts = position is not None and position.period_px is not None and position.ramps is None
+    return first if counts and measurement.scheme.image_rows is not None and first > _DARK_FRAMES else 0
 
 
 def find_image(
@@ -92,9 +104,12 @@ def _shifted(
         of_path = None if grid == "auto" else finer  # the path is the same for all methods
         followed = shape if method == "tv" else "rigid"
         refined = refine(measurement, trajectory, grid=of_path, background=background, shape=followed)
+        path = refined.trajectory
+        if trajectory.reference_frame or measurement.valid[::-1].argmax() > _DARK_FRAMES:
+            path = path.known_where(measurement.valid)
         found = Found(
             refined.measurement,
-            refined.trajectory,
+            path,
             refined.image,
             refined.refinements,
             refined.position_misfit,

@@ -1,9 +1,11 @@
 """An object that leaves the field in the run, or comes into it: the light changes as its own image and path say that it must.
 
-A lamp that fades looks the same to the total light alone. So the frames before the light falls are looked at first, as a run of
-their own: they give an image and a path, and those say where the object goes. Where its pixels leave the field by as much as
-light is missing, it is the object. Its path is then refined in all frames in which at least half of it is to be seen, by rows
-that are zero outside the field, and nothing is divided by the total light.
+A lamp that fades looks the same to the total light alone. So the frames in which the light is steady are looked at first, as a
+run of their own: they give an image and a path, and those say where the object goes, and where it came from. Where its pixels
+are outside the field by as much as light is missing, it is the object. Its path is then refined in all frames in which at least
+half of it is to be seen, by rows that are zero outside the field, and nothing is divided by the total light.
+
+Displacement and image of an object that comes into the field are those of the first frame in which all of it is inside.
 """
 
 from dataclasses import dataclass, replace
@@ -11,31 +13,20 @@ from typing import Final
 
 import numpy as np
 
+from instrument.analysis.changing_light import Change, fall_of, means, rise_of
 from instrument.analysis.find import Found, find_path, placed_at
 from instrument.choices import Background, Grid, Shape
 from instrument.joint import refine
-from instrument.measurement import Finding, Measurement, first_light
+from instrument.measurement import Finding, FindingKind, Measurement, first_light
 from instrument.reconstruction import reconstruct
 from instrument.tracking import Trajectory
-from protocols import Floats, InputError, Mask
-
-_PARTS: Final = 20
-"""Parts of a run over one of which the total light is averaged: more than a period of the mains."""
+from protocols import Floats, Mask
 
 _FEWEST_FRAMES: Final = 200
-"""Frames before the light falls below which nothing is concluded."""
-
-_FALLEN: Final = 0.015
-"""Share of the light that must be missing."""
-
-_SIGMAS: Final = 4.0
-"""Standard deviations of a mean by which it must be."""
-
-_DRIFTS: Final = 0.05
-"""Share by which the light may fall before an object leaves."""
+"""Frames of steady light below which nothing is concluded."""
 
 _OUT: Final = 0.02
-"""Share of the object that must leave."""
+"""Share of the object that must be outside."""
 
 _SEEN: Final = 0.5
 """Share of the object that must be inside for a frame to be used."""
@@ -43,29 +34,35 @@ _SEEN: Final = 0.5
 _AGREE: Final = 0.5
 """Share of the missing light that may be missing otherwise, or not be missing."""
 
+_MORE_PX: Final = 3
+"""Width around the region of an object that is inside by which it is larger where the object crosses the border."""
+
 _OBJECT: Final = 0.1
 """Share of the brightest pixel above which a pixel is the object's."""
 
 
 @dataclass(frozen=True, eq=False)
-class Leaving:
-    """A run in which the object leaves."""
+class Crossing:
+    """A run in which the object crosses the border of the field."""
 
     whole: Measurement
     """The run with those frames valid in which it is wholly inside."""
 
     trajectory: Trajectory
-    """Its path in these frames, and how it would go on."""
+    """Its path in these frames, and how it would go on before and after, relative to the first of them if it comes in."""
 
     share: Floats
     """``(frames,)``: share of the object that is inside the field."""
 
+    first_frame: int
+    """First frame in which it is wholly inside."""
+
     end_frame: int
-    """Frame after the last one in which it is wholly inside."""
+    """Frame after the last one in which it is."""
 
 
-def leaving(measurement: Measurement) -> Leaving | None:
-    """Find out whether the object leaves the field before the run ends.
+def crossing(measurement: Measurement) -> Crossing | None:
+    """Find out whether the object leaves the field before the run ends, or comes into it after the run began.
 
     Args:
         measurement: the run; its light model need not be known.
@@ -73,122 +70,82 @@ def leaving(measurement: Measurement) -> Leaving | None:
     scheme = measurement.scheme
     if scheme.position is None or scheme.image_rows is None:
         return None
-    trend, sigma = _trend(measurement.total, measurement.valid)
-    steady = float(np.quantile(trend, 0.8))
-    lowest = steady - max(_FALLEN * steady, _SIGMAS * sigma)
-    part = len(trend) // _PARTS
-    last = int(np.flatnonzero(trend >= lowest)[-1]) - part // 2
-    if steady <= 0 or last < _FEWEST_FRAMES or last > len(trend) - part:
+    fall = fall_of(measurement.total, measurement.valid)
+    rise = None if scheme.position.period_px is None else rise_of(measurement.total, measurement.valid)
+    if rise is not None and fall is not None:  # the lamp may make one of them
+        return _seen(measurement, rise, fall) or _seen(measurement, None, fall) or _seen(measurement, rise, None)
+    return _seen(measurement, rise, fall)
+
+
+def _seen(measurement: Measurement, rise: Change | None, fall: Change | None) -> Crossing | None:
+    """Follow the object where the light is steady; None where it is not outside by as much as light is missing elsewhere."""
+    frames = len(measurement)
+    first, end = 0 if rise is None else rise.frames.stop, frames if fall is None else fall.frames.start
+    if (rise is None and fall is None) or end - first < _FEWEST_FRAMES:
         return None
-    if float(trend[:last].max()) > steady + max(_DRIFTS * steady, _SIGMAS * sigma):
-        return None  # it fell from the beginning on, as that of a lamp
-    before = np.arange(len(trend)) < last
-    whole = first_light(replace(measurement, valid=measurement.valid & before))
-    found = find_path(whole, "smooth", None)
-    if found.trajectory is None or found.trajectory.angle_deg is not None:
+    inside = (np.arange(frames) >= first) & (np.arange(frames) < end)
+    whole = first_light(replace(measurement, valid=measurement.valid & inside))
+    found = find_path(whole, "smooth", None).trajectory
+    if found is None or found.angle_deg is not None:
         return None
-    path = going_on(found.trajectory, last)
-    image = reconstruct(whole, path, "tv").at_patterns
-    share = share_inside(image, path.displacement_px)
-    missing = 1 - share[last:]
-    off = float(np.abs(trend[last:] / steady - share[last:]).mean())
-    if missing.max() < _OUT or off > _AGREE * float(missing.mean()):
-        return None
-    return Leaving(whole, path, share, last)
-
-
-def refuse_entering(measurement: Measurement) -> None:
-    """Refuse a run in which the object comes into the field: displacement and image are those at frame 0, which did not see it.
-
-    It is told from a lamp that gets brighter as an object that leaves is told from one that fades: by where its own image and
-    path say that it was before.
-
-    Args:
-        measurement: the run; its light model need not be known.
-
-    Raises:
-        InputError: the object is not wholly inside the field until some frame.
-    """
-    scheme = measurement.scheme
-    if scheme.position is None or scheme.position.period_px is None or scheme.image_rows is None:
-        return
-    trend, sigma = _trend(measurement.total, measurement.valid)
-    frames = len(trend)
-    steady = float(np.quantile(trend, 0.8))
-    inside = np.flatnonzero(trend >= steady - max(_FALLEN * steady, _SIGMAS * sigma))
-    part = frames // _PARTS
-    if steady <= 0 or not len(inside) or inside[0] < part or frames - inside[0] - part // 2 < _FEWEST_FRAMES:
-        return
-    first = int(inside[0]) + part // 2
-    whole = first_light(replace(measurement, valid=measurement.valid & (np.arange(frames) >= first)))
-    path = find_path(whole, "smooth", None).trajectory
-    if path is None:
-        return
-    place_px = path.displacement_px - path.displacement_px[first]
-    backwards = going_on(replace(path, displacement_px=place_px[::-1]), frames - first)
-    path = replace(path, displacement_px=backwards.displacement_px[::-1])
+    path = going_on(found.relative_to(first), first, end)
     share = share_inside(reconstruct(whole, path, "tv").at_patterns, path.displacement_px)
-    missing = 1 - share[:first]
-    off = float(np.abs(trend[:first] / steady - share[:first]).mean())
-    if missing.max() >= _OUT and off <= _AGREE * float(missing.mean()):
-        until = int(np.flatnonzero(share < 1 - _OUT)[-1]) + 1
-        raise InputError(
-            saw=f"an object that comes into the field until frame {until} of {frames}",
-            expected="an object that is inside at frame 0, where displacement begins and whose image is shown",
-            remedy="begin the run when it is inside: a later start_mm of [motion], or a longer run-up",
-        )
+    for change in (rise, fall):
+        if change is not None:
+            expected = means(share, measurement.valid, change.half)[change.frames]
+            off = float(np.abs(change.light[change.frames] - expected).mean())
+            if share[change.frames].min() > 1 - _OUT or off > _AGREE * float(1 - expected.mean()):
+                return None
+    return Crossing(whole, path, share, first, end)
 
 
-def follow_out(left: Leaving, valid: Mask, background: Background, grid: Grid, *, shape: Shape = "rigid") -> Found:
+def follow(found: Crossing, valid: Mask, background: Background, grid: Grid, *, shape: Shape = "rigid") -> Found:
     """Refine path and image, first where the object is wholly inside, then where at least half of it is.
 
     Args:
-        left: what ``leaving`` gave.
+        found: what ``crossing`` gave.
         valid: ``(frames,)`` that were measured well.
         background: as in ``analyse``; one that stands still is found from the frames in which the object is wholly inside alone.
+            Where the object comes in, ``auto`` looks for none: the coarse patterns of the first frames, which tell it from the
+            object, were not seen.
         grid: as in ``analyse``.
         shape: as in ``analyse``, where there is no background.
     """
     finer = None if grid == "auto" else int(grid)
-    inside = refine(left.whole, left.trajectory, grid=finer, background=background)
-    found = Found(inside.measurement, inside.trajectory, inside.image, inside.refinements)
+    comes = found.trajectory.reference_frame > 0
+    behind = "none" if comes and background == "auto" else background
+    inside = refine(found.whole, found.trajectory, grid=finer, background=behind)
+    refined = Found(inside.measurement, inside.trajectory, inside.image, inside.refinements)
     if inside.image.still is None:
-        path = going_on(inside.trajectory, left.end_frame)
+        path = going_on(inside.trajectory, found.first_frame, found.end_frame)
         share = share_inside(inside.image.at_patterns, path.displacement_px)
         seen = replace(inside.measurement, valid=valid & (share >= _SEEN))
-        both = refine(seen, path, region=False, grid=finer, background="none", shape=shape)
-        found = Found(both.measurement, both.trajectory, both.image, inside.refinements + both.refinements)
-    if found.trajectory is None:
-        return found
-    placed = placed_at(
-        found.measurement, known_where_seen(found.trajectory, found.measurement.valid), found.reconstruction
-    )
-    return _told(replace(found, trajectory=placed), left)
+        region = inside.image.region.grown(_MORE_PX, len(inside.image.at_patterns))
+        both = refine(seen, path, region=region, grid=finer, background="none", shape=shape)
+        refined = Found(both.measurement, both.trajectory, both.image, inside.refinements + both.refinements)
+    if refined.trajectory is None:
+        return refined
+    path = refined.trajectory.known_where(refined.measurement.valid)
+    if not comes:
+        path = placed_at(refined.measurement, path, refined.reconstruction)
+    return _told(replace(refined, trajectory=path), found)
 
 
-def known_where_seen(trajectory: Trajectory, seen: Mask) -> Trajectory:
-    """Say that nothing is known of a path after the last frame in which the object was seen: it may do anything out there."""
-    end = int(np.flatnonzero(seen)[-1]) + 1
-    sigma_px = trajectory.sigma_px.copy()
-    sigma_px[end:] = np.inf
-    covariance = trajectory.covariance
-    if covariance is not None:
-        count = int(np.count_nonzero(covariance.frame < end))
-        covariance = replace(
-            covariance, frame=covariance.frame[:count], covariance_px2=covariance.covariance_px2[:, :count, :count]
-        )
-    return replace(trajectory, sigma_px=sigma_px, covariance=covariance)
-
-
-def going_on(trajectory: Trajectory, end_frame: int) -> Trajectory:
-    """Let a path that is known before a frame go on from there as it went: along a parabola through its last third."""
+def going_on(trajectory: Trajectory, first_frame: int, end_frame: int) -> Trajectory:
+    """Let a path that is known from a frame to another go on as it went, both ways: along parabolas through its outer thirds."""
     place_px = trajectory.displacement_px.copy()
+    place_px[first_frame:] = _onwards(place_px[first_frame:], end_frame - first_frame)
+    place_px[:end_frame] = _onwards(place_px[:end_frame][::-1], end_frame - first_frame)[::-1]
+    return replace(trajectory, displacement_px=place_px)
+
+
+def _onwards(place_px: Floats, end_frame: int) -> Floats:
+    """Let places, ``(frames, 2)``, that are known before a frame go on from there along a parabola through their last third."""
     frame = np.arange(len(place_px)) - (end_frame - 1)
     used = slice(end_frame - end_frame // 3, end_frame)
     fit = np.polynomial.polynomial.polyfit(frame[used], place_px[used], 2)
     onwards = np.polynomial.polynomial.polyval(frame[end_frame:].astype(np.float64), fit).T
-    place_px[end_frame:] = onwards + place_px[end_frame - 1] - fit[0]
-    return replace(trajectory, displacement_px=place_px)
+    return np.concatenate([place_px[:end_frame], onwards + place_px[end_frame - 1] - fit[0]])
 
 
 def share_inside(image: Floats, displacement_px: Floats) -> Floats:
@@ -208,26 +165,21 @@ def share_inside(image: Floats, displacement_px: Floats) -> Floats:
     return np.asarray(inside @ light / light.sum(), np.float64)
 
 
-def _told(found: Found, left: Leaving) -> Found:
-    """Say of the measurement that the object leaves."""
-    out = np.flatnonzero(left.share < 1 - _OUT)
-    used = int(np.count_nonzero(found.measurement.valid & (left.share < 1 - _OUT)))
-    text = f"the object leaves the field from frame {out[0]} on"
-    how = f"{used} of these {len(out)} frames are used" if used else "no frame of these is used"
-    sentence = f"{text}: {how}; to have all of it in all frames, keep it inside, or record fewer frames"
-    finding = Finding("leaves the field", tuple(out.tolist()), text, sentence)
-    return replace(found, measurement=replace(found.measurement, findings=(*found.measurement.findings, finding)))
-
-
-def _trend(total: Floats, valid: Mask) -> tuple[Floats, float]:
-    """Means of the total light over a part of the run around each frame; and their standard deviation by noise."""
-    frames = len(total)
-    half = max(frames // _PARTS // 2, 1)
-    sums = np.concatenate(
-        [np.zeros((2, 1)), np.cumsum([np.where(valid, total, 0.0), valid.astype(np.float64)], axis=1)], axis=1
-    )
-    low, high = np.maximum(np.arange(frames) - half, 0), np.minimum(np.arange(frames) + half + 1, frames)
-    light, count = sums[:, high] - sums[:, low]
-    known = total[valid]
-    noise = float(np.median(np.abs(np.diff(known)))) / (0.6745 * 2**0.5) if len(known) > 1 else 0.0
-    return light / np.maximum(count, 1.0), noise / (2 * half + 1) ** 0.5
+def _told(found: Found, crossed: Crossing) -> Found:
+    """Say of the measurement that the object comes, and leaves."""
+    out = np.flatnonzero(crossed.share < 1 - _OUT)
+    findings = list(found.measurement.findings)
+    kinds: tuple[FindingKind, FindingKind] = "comes into the field", "leaves the field"
+    for kind, frames in zip(kinds, (out[out < crossed.first_frame], out[out >= crossed.end_frame]), strict=True):
+        if len(frames):
+            comes = kind == "comes into the field"
+            when = f"until frame {frames[-1] + 1}" if comes else f"from frame {frames[0]} on"
+            against = f", displacement and image are those of frame {crossed.first_frame}" if comes else ""
+            used = int(np.count_nonzero(found.measurement.valid[frames]))
+            how = f"{used} of these {len(frames)} frames are used" if used else "no frame of these is used"
+            text = f"the object {kind} {when}"
+            sentence = (
+                f"{text}: {how}{against}; to have all of it in all frames, keep it inside, or record fewer frames"
+            )
+            findings.append(Finding(kind, tuple(frames.tolist()), text + against, sentence))
+    return replace(found, measurement=replace(found.measurement, findings=tuple(findings)))

@@ -27,7 +27,7 @@ class Figures(Frozen):
     """Number of frames, of those analysed, that were not valid."""
 
     travel_px: tuple[float, float] | None
-    """Displacement of the last frame, x and y; None where the scheme has no position."""
+    """Displacement of the last frame in which it is known, x and y; None where the scheme has no position."""
 
     sigma_px: NonNegativeFloat | None
     """Median of the stated standard deviation of the displacement; None where there are too few frames to state one."""
@@ -49,6 +49,10 @@ class Figures(Frozen):
 
     start_error_px: NonNegativeFloat | None = None
     """Its distance from the centroid of the true image."""
+
+    reference_frame: NonNegativeInt = 0
+    """Frame that displacement and image are relative to; the centroid is that at frame 0."""
+
     motion_px: MotionFit | None = None
     """Travel, speed and acceleration in px, of a parabola fitted to the path; None where its covariance is not known."""
 
@@ -71,7 +75,8 @@ class Figures(Frozen):
     """Its stated standard deviation, that of the last frame."""
 
     displacement_mse_px2: float | None = None
-    """Mean squared error of the displacement over frames and both axes, relative to frame 0."""
+    """Mean squared error of the displacement over both axes and the frames in which it is known, relative to frame 0, or to the
+    frame that displacements are relative to."""
 
     displacement_mse_offset_free_px2: float | None = None
     """Mean squared error of the displacement after a constant shift is removed."""
@@ -109,6 +114,8 @@ class Figures(Frozen):
             rows["travel"] = f"{self.travel_px[0]:.2f}, {self.travel_px[1]:.2f} px"
             sigma = "-" if self.sigma_px is None else f"{self.sigma_px:.3f} px (median, one sigma)"
             rows["stated uncertainty"] = sigma
+        if self.reference_frame:
+            rows["displacement from"] = f"frame {self.reference_frame}, whose image is shown"
         if self.start_px is not None and self.start_sigma_px is not None:
             (x, y), (sigma_x, sigma_y) = self.start_px, self.start_sigma_px
             error = "" if self.start_error_px is None else f" (off by {self.start_error_px:.2f})"
@@ -225,7 +232,9 @@ def figures_of(
         stage: what the stage did.
     """
     light_change = measurement.light_change()
-    of_path, of_image = _path_figures(trajectory, truth), _image_figures(reconstruction, truth, measurement)
+    reference = 0 if trajectory is None else trajectory.reference_frame
+    of_path = _path_figures(trajectory, truth)
+    of_image = _image_figures(reconstruction, None if reference else truth, measurement)
     used = int(np.count_nonzero(measurement.valid))
     if trajectory is not None and used < 2:
         of_path |= {"travel_px": None, "sigma_px": None, "motion_px": None, "motion_mm": None}
@@ -253,10 +262,12 @@ def _path_figures(trajectory: Trajectory | None, truth: Truth | None) -> dict[st
     """Compute the figures of the path."""
     if trajectory is None:
         return {}
-    found_px, sigma_px = trajectory.displacement_px, float(np.median(trajectory.sigma_px))
+    found_px, finite = trajectory.displacement_px, np.isfinite(trajectory.sigma_px)
+    sigma_px = float(np.median(trajectory.sigma_px[finite])) if finite.any() else np.inf
     figures: dict[str, Any] = {
-        "travel_px": tuple(found_px[-1].tolist()),
+        "travel_px": tuple(found_px[_last_known(trajectory)].tolist()),
         "sigma_px": sigma_px if np.isfinite(sigma_px) and sigma_px > 0 else None,
+        "reference_frame": trajectory.reference_frame,
         "motion_px": trajectory.motion_px,
         "motion_mm": trajectory.motion_mm,
     }
@@ -273,9 +284,18 @@ def _path_figures(trajectory: Trajectory | None, truth: Truth | None) -> dict[st
         if truth is not None and truth.image.sum() > 0:
             figures["start_error_px"] = float(np.hypot(*(trajectory.start_px - _centroid_px(truth.image))))
     if truth is not None:
-        figures["displacement_mse_px2"] = displacement_mse(found_px, truth.displacement_px)
-        figures["displacement_mse_offset_free_px2"] = offset_free_mse(found_px, truth.displacement_px)
+        truth_px = truth.displacement_px - truth.displacement_px[trajectory.reference_frame]
+        known = np.isfinite(trajectory.sigma_px).all(axis=1)
+        known = known if np.count_nonzero(known) > 1 else np.ones_like(known)
+        figures["displacement_mse_px2"] = displacement_mse(found_px[known], truth_px[known])
+        figures["displacement_mse_offset_free_px2"] = offset_free_mse(found_px[known], truth_px[known])
     return figures
+
+
+def _last_known(trajectory: Trajectory) -> int:
+    """The last frame in which the displacement is known; the last one where nobody knows it of any."""
+    known = np.flatnonzero(np.isfinite(trajectory.sigma_px).all(axis=1))
+    return int(known[-1]) if len(known) > 1 else -1
 
 
 def _centroid_px(image: Floats) -> Floats:

@@ -24,7 +24,8 @@ class StageFigures(Frozen):
     """The stage's run."""
 
     commanded_mm: float
-    """Travel that was commanded from the middle of the first frame to that of the last, with its sign."""
+    """Travel that was commanded from the middle of the frame that displacements are relative to, to that of the last one in which
+    the object was seen, with its sign."""
 
     travel_ratio: Quantity | None
     """Travel of the image, in mm by the calibration, over the one commanded; None without a calibration."""
@@ -112,7 +113,9 @@ def stage_figures(recording: Recording, trajectory: Trajectory) -> StageFigures 
     if motion is None or len(trajectory) < 2:
         return None
     run_s, middle_s = recording.plan.run_time_s, trajectory.time_s
-    commanded_mm = motion.position_mm(run_s, float(middle_s[-1])) - motion.position_mm(run_s, float(middle_s[0]))
+    last = -1 if trajectory.covariance is None else trajectory.covariance.frame[-1]
+    begun_s, ended_s = float(middle_s[trajectory.reference_frame]), float(middle_s[last])
+    commanded_mm = motion.position_mm(run_s, ended_s) - motion.position_mm(run_s, begun_s)
     fit = trajectory.motion_mm
     ratio = None
     if fit is not None and commanded_mm:
@@ -138,7 +141,7 @@ def _direction(trajectory: Trajectory, commanded_mm: float) -> tuple[float | Non
     if scale is None:
         return None, ()
     expected_px = commanded_mm * np.array([scale.px_per_mm_x, scale.px_per_mm_y])
-    moved_px = trajectory.displacement_px[-1]
+    moved_px = trajectory.displacement_px[-1 if trajectory.covariance is None else trajectory.covariance.frame[-1]]
     if min(np.hypot(*expected_px), np.hypot(*moved_px)) < _FEWEST_PX:
         return None, ()
     expected, moved = (float(np.rad2deg(np.arctan2(y, x))) for x, y in (expected_px, moved_px))

@@ -148,6 +148,7 @@ def store(
         pivot_px=None if found is None else found.pivot_px,
         start_px=None if found is None else found.start_px,
         start_sigma_px=None if found is None else found.start_sigma_px,
+        reference_frame=analysis.reference_frame,
         displacement_mm=_in_mm(analysis, frames)[0],
         sigma_mm=_in_mm(analysis, frames)[1],
         image=analysis.image,

@@ -86,7 +86,8 @@ class Predictor:
         total = _steady_total(problem.values)
         values, slopes = problem.fixed_values(self.fixed, image)
         bordering, _ = problem.fixed_values(self.borders, image)
-        own_light = problem.total_light(self.all_on, image)[:, None]
+        own_light, own_slopes = problem.total_light(self.all_on, image)
+        own_light = own_light[:, None]
         difference, difference_slopes = _differences(problem, image)
         if still is not None:
             values = values + problem.of_still(still)
@@ -99,6 +100,8 @@ class Predictor:
             values, slopes = values * scale, slopes * scale[..., None]
         else:
             values = values + (total[:, None] - own_light) / 2
+            if not problem.steady:  # it loses light at the border of the field
+                slopes = slopes - own_slopes[:, None] / 2
         variance = _predicted_variance(problem.values, values)
         return Prediction(total, values, slopes, variance, bordering, difference, difference_slopes)
 

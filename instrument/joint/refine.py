@@ -15,7 +15,7 @@ from instrument.joint.lost_frame import LostFrame, lost_frame
 from instrument.joint.rounds import FEWEST_FRAMES, refined
 from instrument.measurement import Measurement, first_light
 from instrument.numerics import TvState, one_blas_thread
-from instrument.reconstruction import Problem, Reconstruction, solution_of
+from instrument.reconstruction import Problem, Reconstruction, Region, solution_of
 from instrument.recording import Recording
 from instrument.schemes import position_of
 from instrument.tracking import Trajectory, as_trajectory
@@ -59,7 +59,7 @@ def refine(
     recording: Recording | Measurement,
     motion: Trajectory | Floats,
     *,
-    region: bool = True,
+    region: bool | Region = True,
     grid: int | None = 1,
     background: Background = "auto",
     fitted: bool = True,
@@ -85,7 +85,8 @@ def refine(
     Args:
         recording: recording of a scheme with position and image.
         motion: path to start from, right within about a pixel: what ``track`` gave.
-        region: whether the object stays inside the field, as in ``reconstruct``.
+        region: whether the object stays inside the field, as in ``reconstruct``; or, of one that does not, the pixels where its
+            image may differ from 0.
         grid: image pixels that a pattern pixel has along each axis in the image that is returned; None takes 2 where motion and
             noise support it, else 1.
         fitted: whether leak, edge loss and offsets are fitted to the run. If not, the light model stays as it is.
@@ -98,7 +99,7 @@ def refine(
     """
     measurement = first_light(recording)
     position_of(measurement.scheme)
-    values = measurement.image_values(steady_object=region)
+    values = measurement.image_values(steady_object=region is True)
     trajectory = as_trajectory(motion, len(measurement), measurement.frame_time_s)
     problem = Problem.of(measurement, values, trajectory, inside=region)
     start: TvState | None = None

@@ -177,11 +177,12 @@ def _gauss_newton_step(evidence: Evidence, frame: Integers, last: Trajectory) ->
         lost = 1 - _TAKEN_BY_IMAGE * (1 - share)
         inflation.append((1 + share * (amplitude - 1) + (1 - share) * (steps - 1)) / lost)
     place_px = np.stack([fit.values for fit in fits], axis=1)
-    variance_px2 = np.stack([fit.variance_to_first for fit in fits], axis=1) * np.array(inflation)
+    origin = last.reference_frame
+    variance_px2 = np.stack([fit.variance_to(origin) for fit in fits], axis=1) * np.array(inflation)
     sigma_px = np.sqrt(variance_px2)
-    covariance = PathCovariance.of(fits, sigma_px)
+    covariance = PathCovariance.of(fits, sigma_px, origin)
     return replace(
-        last, displacement_px=place_px - place_px[0], sigma_px=sigma_px, method="joint", covariance=covariance
+        last, displacement_px=place_px - place_px[origin], sigma_px=sigma_px, method="joint", covariance=covariance
     )
 
 

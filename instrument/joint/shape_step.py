@@ -34,7 +34,7 @@ class ShapeStep:
     """What is left of the residuals."""
 
     trajectory: Trajectory
-    """The path with the new shape, against that at frame 0."""
+    """The path with the new shape, against that at its reference frame."""
 
     over_sigma: float
     """Change of angle and magnification over their uncertainty, both rms; the larger of both."""
@@ -54,7 +54,7 @@ class ShapeFit:
     """``(frames, 2)``: the polynomials, lines and bends."""
 
     variance: Floats
-    """``(frames, 2)``: variance of their change since frame 0, by the scatter of the residuals where that is more than noise."""
+    """``(frames, 2)``: variance of their change since a frame, by the scatter of the residuals where that is more than noise."""
 
     scatter: float
     """Mean square of what they leave of the residuals."""
@@ -74,16 +74,16 @@ def reshaped(evidence: Evidence, frame: Integers, last: Trajectory) -> ShapeStep
         frame: ``(rows,)`` index of each valid frame.
         last: path and shape so far.
     """
-    seen = evidence.hadamard
-    fit = shape_fit(seen.residual, seen.slope, frame, len(last))
+    seen, origin = evidence.hadamard, last.reference_frame
+    fit = shape_fit(seen.residual, seen.slope, frame, len(last), origin)
     sigma, change = _WIDENED * np.sqrt(fit.variance), fit.change
     left = View(seen.residual - np.vecdot(seen.slope[:, 2:], change[frame]), seen.slope)
     angle = np.zeros(len(last)) if last.angle_deg is None else last.angle_deg
     magnification = np.ones(len(last)) if last.magnification is None else last.magnification
-    magnification = magnification * np.exp(change[:, 1] - change[0, 1])
+    magnification = magnification * np.exp(change[:, 1] - change[origin, 1])
     trajectory = replace(
         last,
-        angle_deg=angle + np.rad2deg(change[:, 0] - change[0, 0]),
+        angle_deg=angle + np.rad2deg(change[:, 0] - change[origin, 0]),
         angle_sigma_deg=np.rad2deg(sigma[:, 0]),
         magnification=magnification,
         magnification_sigma=magnification * sigma[:, 1],
@@ -92,7 +92,7 @@ def reshaped(evidence: Evidence, frame: Integers, last: Trajectory) -> ShapeStep
     return ShapeStep(replace(evidence, hadamard=left), trajectory, float(over.max()))
 
 
-def shape_fit(residual: Floats, slope: Floats, frame: Integers, frames: int) -> ShapeFit:
+def shape_fit(residual: Floats, slope: Floats, frame: Integers, frames: int, origin: int = 0) -> ShapeFit:
     """Fit polynomials of time to residuals.
 
     A bend is taken where it explains the residuals better by more than what a chance one would (Schwarz's criterion).
@@ -102,18 +102,23 @@ def shape_fit(residual: Floats, slope: Floats, frame: Integers, frames: int) -> 
         slope: ``(n, 4)`` derivatives by x, y, angle and logarithm of the magnification, likewise.
         frame: ``(n,)`` index of each one's frame.
         frames: of the run.
+        origin: frame that changes count from.
 
     References:
         G. Schwarz, Annals of Statistics 6 (1978) 461.
     """
     powers = np.asarray(legvander(np.linspace(-1.0, 1.0, frames), HIGHEST_DEGREE), np.float64)
-    fits = [_of_degree(residual, slope, frame, powers, degree) for degree in range(1, HIGHEST_DEGREE + 1)]
+    fits = [
+        _of_degree(residual, slope, frame, powers, degree, origin=origin) for degree in range(1, HIGHEST_DEGREE + 1)
+    ]
     price = 2 * float(np.log(len(residual)))
     scores = [len(residual) * np.log(fit.scatter + _TINY) + price * degree for degree, fit in enumerate(fits, 1)]
     return fits[int(np.argmin(scores))]
 
 
-def _of_degree(residual: Floats, slope: Floats, frame: Integers, powers: Floats, degree: int) -> ShapeFit:
+def _of_degree(
+    residual: Floats, slope: Floats, frame: Integers, powers: Floats, degree: int, *, origin: int
+) -> ShapeFit:
     """Fit a path of the highest degree, and a shape of one degree, to residuals.
 
     Args:
@@ -122,6 +127,7 @@ def _of_degree(residual: Floats, slope: Floats, frame: Integers, powers: Floats,
         frame: likewise.
         powers: ``(frames, highest degree + 1)`` polynomials of time.
         degree: of angle and logarithm of the magnification.
+        origin: as in ``shape_fit``.
     """
     path, shape = slope[:, :2, None] * powers[frame, None, :], slope[:, 2:, None] * powers[frame, None, : degree + 1]
     design = np.hstack([shape.reshape(len(slope), -1), path.reshape(len(slope), -1)])
@@ -130,7 +136,7 @@ def _of_degree(residual: Floats, slope: Floats, frame: Integers, powers: Floats,
     found = inverse @ (design.T @ residual)
     own = (2, degree + 1)
     of_shape, covariance = found[: 2 * own[1]].reshape(own), inverse[: 2 * own[1], : 2 * own[1]].reshape(own + own)
-    since = powers[:, 1 : degree + 1] - powers[0, 1 : degree + 1]
+    since = powers[:, 1 : degree + 1] - powers[origin, 1 : degree + 1]
     variances = [np.einsum("fp,pq,fq->f", since, covariance[k, 1:, k, 1:], since) for k in range(2)]
     scatter = float(np.mean((residual - design @ found) ** 2))
     return ShapeFit(

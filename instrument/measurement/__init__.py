@@ -2,7 +2,7 @@
 
 from instrument.measurement.detector import Detector, light_of, noise_variance
 from instrument.measurement.edge_light import bordering_share
-from instrument.measurement.finding import Finding
+from instrument.measurement.finding import Finding, FindingKind
 from instrument.measurement.first_light import first_light
 from instrument.measurement.image_values import ImageValues, fixed_columns
 from instrument.measurement.light_model import IDEAL, LightModel, Parameter, Source
@@ -20,6 +20,7 @@ __all__ = [
     "IDEAL",
     "Detector",
     "Finding",
+    "FindingKind",
     "ImageValues",
     "LightModel",
     "LightStream",

@@ -5,11 +5,13 @@ from typing import Literal, TypeAlias
 
 FindingKind: TypeAlias = Literal[
     "impossible counts",
+    "no light",
     "shifted patterns",
     "wild counts",
     "wiring",
     "contradiction",
     "lamp",
+    "comes into the field",
     "leaves the field",
     "changes shape",
 ]

@@ -1,7 +1,7 @@
 """The screening of a recording before anything is made of it: what its counts say of themselves.
 
-In this order: counts that no counter gives, values that slipped to other patterns, single wild ones, and patterns that were wired
-otherwise than planned. What can be mended is mended, what cannot is NaN, and each is told.
+In this order: counts that no counter gives, frames without light, values that slipped to other patterns, single wild ones, and
+patterns that were wired otherwise than planned. What can be mended is mended, what cannot is NaN, and each is told.
 """
 
 from dataclasses import dataclass, replace
@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 
+from instrument.measurement.dark_frames import dark_frames
 from instrument.measurement.detector import noise_variance
 from instrument.measurement.finding import Finding
 from instrument.measurement.ripple import lamp_factor, ripples_seen
@@ -59,6 +60,10 @@ def screened(recording: Recording) -> Screened:
     impossible = _impossible(recording)
     values[impossible] = np.nan
     findings += _tell_impossible(recording, impossible)
+
+    dark = dark_frames(values @ scheme.light_weights, photon_counts=recording.photon_counts)
+    values[dark] = np.nan
+    findings += _tell_dark(dark)
 
     variance = _variance(values, recording.frame_valid, scheme, photon_counts=recording.photon_counts)
     light = _without_flicker(_light_of_counts(recording, values), recording, scheme)
@@ -192,6 +197,19 @@ def _tell_impossible(recording: Recording, impossible: Mask) -> list[Finding]:
             f"{text}; look at the counter, and at whoever wrote the file",
         )
     ]
+
+
+def _tell_dark(dark: Mask) -> list[Finding]:
+    if not dark.any():
+        return []
+    frames = _frames(dark)
+    ends = np.flatnonzero(np.diff(dark.astype(np.int8), prepend=0, append=0))
+    spans = ", ".join(f"{first} to {end - 1}" for first, end in ends.reshape(-1, 2)[:_LISTED].tolist())
+    text = f"{_number(len(frames), 'frame')} without light masked: {spans}" + (
+        ", ..." if len(ends) > 2 * _LISTED else ""
+    )
+    why = "no object in the field, a shutter, or a lamp that was off"
+    return [Finding("no light", frames, text, f"{text} ({why})")]
 
 
 def _tell_wild(wild: Mask) -> list[Finding]:

@@ -53,30 +53,34 @@ class Smooth:
 
     @cached_property
     def variance_to_first(self) -> Floats:
-        """``(n,)``: posterior variance of each value minus the first one.
+        """``(n,)``: posterior variance of each value minus the first one; see ``variance_to``."""
+        return self.variance_to(0)
+
+    def variance_to(self, origin: int) -> Floats:
+        """Give the posterior variance, ``(n,)``, of each value minus that at a position.
 
         It is the mean of the splines' own variances plus the variance among the splines, computed
         at some positions; the standard deviation is interpolated between them.
         """
-        positions = _variance_positions(self.splines[0].weights > 0)
+        positions = _variance_positions(self.splines[0].weights > 0, origin)
         total = np.zeros(len(positions))
-        mean = self.values[positions] - self.values[0]
+        mean = self.values[positions] - self.values[origin]
         for probability, spline in zip(self.probabilities, self.splines, strict=True):
-            deviation = spline.values[positions] - spline.values[0] - mean
-            total += probability * (self.noise_variance * spline.variances_to_first(positions) + deviation**2)
+            deviation = spline.values[positions] - spline.values[origin] - mean
+            total += probability * (self.noise_variance * spline.variances_to(origin, positions) + deviation**2)
         variance: Floats = np.interp(np.arange(len(self.values)), positions, np.sqrt(total)) ** 2
         return variance
 
-    def covariance_to_first(self, positions: Integers) -> Floats:
-        """Give the posterior covariance, ``(k, k)``, of the values at these ``(k,)`` positions minus the first one.
+    def covariance_to(self, origin: int, positions: Integers) -> Floats:
+        """Give the posterior covariance, ``(k, k)``, of the values at these ``(k,)`` positions minus that at ``origin``.
 
-        Its diagonal is ``variance_to_first``, but for the interpolation there.
+        Its diagonal is ``variance_to``, but for the interpolation there.
         """
         total = np.zeros((len(positions), len(positions)))
-        mean = self.values[positions] - self.values[0]
+        mean = self.values[positions] - self.values[origin]
         for probability, spline in zip(self.probabilities, self.splines, strict=True):
-            deviation = spline.values[positions] - spline.values[0] - mean
-            of_spline = self.noise_variance * spline.covariance_to_first(positions)
+            deviation = spline.values[positions] - spline.values[origin] - mean
+            of_spline = self.noise_variance * spline.covariance_to(origin, positions)
             total += probability * (of_spline + np.outer(deviation, deviation))
         return total
 
@@ -197,12 +201,16 @@ def _coarse_grid(size: int, order: int) -> Floats:
     return np.linspace(_WEAKEST, strongest, 1 + max(2, round((strongest - _WEAKEST) / (_GRID_STEP * order))))
 
 
-def _variance_positions(present: Mask) -> Integers:
-    """Choose where a variance is computed: densely near the first datum, at both ends and in the middle of gaps, and evenly."""
+def _variance_positions(present: Mask, origin: int) -> Integers:
+    """Choose where a variance is computed.
+
+    Densely near the position that it counts from, at both ends and in the middle of gaps, and evenly.
+    """
     count = len(present)
     changes = np.flatnonzero(np.diff(present, prepend=True, append=True))
     start, end = changes[::2], changes[1::2]
     middle = ((start + end) // 2)[end - start >= _LONG_GAP]
     near = 2 ** np.arange(int(np.log2(count)) + 1)
     even = np.linspace(0, count - 1, min(count, _VARIANCE_POSITIONS)).round().astype(np.int64)
-    return np.unique(np.concatenate([near, even, middle, start, end]).clip(0, count - 1))
+    around = [origin - near, [origin], origin + near]
+    return np.unique(np.concatenate([*around, even, middle, start, end]).clip(0, count - 1))

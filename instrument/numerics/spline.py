@@ -82,20 +82,23 @@ class Spline:
         log_determinant -= (len(self.values) - self.order) * np.log(self.strength)
         return -(count * float(np.log(noise_variance)) + self.cost / noise_variance + float(log_determinant)) / 2
 
-    def variances_to_first(self, positions: Integers) -> Floats:
-        """Give the posterior variances of the values at these positions minus the first, for noise of variance 1 at weight 1."""
-        return _variances_to_first(self._factor, positions)
+    def variances_to(self, origin: int, positions: Integers) -> Floats:
+        """Give the posterior variances of the values at these positions minus that at ``origin``.
 
-    def covariance_to_first(self, positions: Integers) -> Floats:
-        """Give the posterior covariance, ``(k, k)``, of the values at these ``(k,)`` positions minus the first, likewise.
+        The noise has variance 1 at weight 1.
+        """
+        return _variances_to(self._factor, origin, positions)
 
-        With L the Cholesky factor of the normal matrix, entry k, l is the product of y_k and y_l, where L y_k = e_k - e_0.
+    def covariance_to(self, origin: int, positions: Integers) -> Floats:
+        """Give likewise the posterior covariance, ``(k, k)``, of the values at these ``(k,)`` positions minus that at ``origin``.
+
+        With L the Cholesky factor of the normal matrix, entry k, l is the product of y_k and y_l, where L y_k = e_k - e_origin.
         """
         from scipy.linalg import solve_banded  # noqa: PLC0415 - slow to load: not while a counter counts
 
         right = np.zeros((len(self.values), len(positions)))
         right[positions, np.arange(len(positions))] += 1
-        right[0] -= 1
+        right[origin] -= 1
         solved = solve_banded((self.order, 0), self._factor, right)
         covariance: Floats = solved.T @ solved
         return covariance
@@ -189,19 +192,19 @@ def _least_squares(  # noqa: PLR0917
     return cost
 
 
-@compiled("f8[::1](f8[:, ::1], i8[::1])")
-def _variances_to_first(factor: Floats, positions: Integers) -> Floats:
-    """Give the variances of x[k] - x[0] for the positions k, ``(len(positions),)``.
+@compiled("f8[::1](f8[:, ::1], i8, i8[::1])")
+def _variances_to(factor: Floats, origin: int, positions: Integers) -> Floats:
+    """Give the variances of x[k] - x[origin] for the positions k, ``(len(positions),)``.
 
-    With L the Cholesky factor of the normal matrix and e_k the k-th unit vector, that is |y|^2 where L y = e_k - e_0.
+    With L the Cholesky factor of the normal matrix and e_k the k-th unit vector, that is |y|^2 where L y = e_k - e_origin.
     """
     order, count = len(factor) - 1, factor.shape[1]
     variances = np.zeros(len(positions))
     recent = np.zeros(order + 1)  # the last entries of y, the newest first
     for n in range(len(positions)):
         recent[:] = 0
-        for i in range(count if positions[n] > 0 else 0):
-            value = (1.0 if i == positions[n] else 0.0) - (1.0 if i == 0 else 0.0)
+        for i in range(count if positions[n] != origin else 0):
+            value = (1.0 if i == positions[n] else 0.0) - (1.0 if i == origin else 0.0)
             for k in range(order, 0, -1):
                 recent[k] = recent[k - 1]
                 if k <= i:

@@ -69,12 +69,7 @@ class FixedPatterns:
             places_px: ``(..., 2)`` all displacements (x, y) that will be asked for. Where the region stays inside the field at
                 all of them, the maps are a quarter as large. None allows any displacement.
         """
-        size = field.size
-        inside = False
-        if places_px is not None:
-            every_px = places_px.reshape(-1, 2)
-            low, high = every_px.min(axis=0) > np.array([-1 - region.left, -1 - region.top]), every_px.max(axis=0)
-            inside = bool(low.all() and (high < np.array(region.room(size)) + 1).all())
+        inside = places_px is not None and region.stays(places_px.reshape(-1, 2), field.size)
         width = int(fft.next_fast_len(field.pixels + 2 * field.grid, real=True)) if inside else 2 * field.pixels
         return cls(patterns, field, region, width)
 

@@ -98,7 +98,7 @@ class Problem:
         values: ImageValues,
         trajectory: Trajectory,
         *,
-        inside: bool,
+        inside: bool | Region,
         grid: int = 1,
         still: bool = False,
     ) -> Self:
@@ -109,7 +109,7 @@ class Problem:
             values: image values of the run.
             trajectory: displacement of the object.
             inside: whether the object stays inside the field in every frame, so that only pixels which it can occupy are
-                unknown.
+                unknown; or the region that is unknown of an object that crosses the border of the field.
             grid: image pixels that a pattern pixel has along each axis.
             still: whether there is a still background that nobody measured.
 
@@ -117,9 +117,10 @@ class Problem:
             InputError: the displacements leave no room for an object in the field.
         """
         places = Places.along(trajectory, values)
-        region = Region.inside(places.every_px, values.size) if inside else Region.whole(values.size)
+        known = inside if isinstance(inside, Region) else None
+        region = known or (Region.inside(places.every_px, values.size) if inside else Region.whole(values.size))
         field = Field(values.size, grid, measurement.edge_loss_a_side)
-        steady = inside and measurement.normalise != "off"
+        steady = inside is True and measurement.normalise != "off"
         return cls(measurement.scheme, values, places, region, field, steady, still, measurement.light.profile)
 
     def moved(self, trajectory: Trajectory) -> "Problem":
@@ -145,7 +146,7 @@ class Problem:
         if (self.profile is None and self.places.shape is None) or not self.steady:
             return self
         own = self.on_grid(image.shape[0] // self.region.height).all_light()
-        light = self.total_light(own, np.asarray(image, np.float32))
+        light, _ = self.total_light(own, np.asarray(image, np.float32))
         light = light + (0.0 if still is None else float(still.sum(dtype=np.float64)))
         if not (light > 0).all():
             return self
@@ -167,13 +168,15 @@ class Problem:
             return patterns.values(patterns.maps(image), places.fixed)
         return shape.values(patterns, image, places.fixed, shape.fixed)
 
-    def total_light(self, all_light: FixedPatterns, image: Singles) -> Floats:
-        """``(rows,)``: light of an image through a pattern that lets all through, ``all_light``."""
+    def total_light(self, all_light: FixedPatterns, image: Singles) -> tuple[Floats, Floats]:
+        """``(rows,)``: light of an image through a pattern that lets all through, ``all_light``; its slopes, ``(rows, 2)``."""
         places, shape = self.places, self.places.shape
         middle_px = places.middle_px[:, None]
         if shape is None:
-            return all_light.values(all_light.maps(image), middle_px)[0][:, 0]
-        return shape.values(all_light, image, middle_px, shape.fixed.mean(axis=1, keepdims=True))[0][:, 0]
+            light, slopes = all_light.values(all_light.maps(image), middle_px)
+        else:
+            light, slopes = shape.values(all_light, image, middle_px, shape.fixed.mean(axis=1, keepdims=True))
+        return light[:, 0], slopes[:, 0]
 
     def within(self, region: Region) -> "Problem":
         """State the same problem for an image that is 0 outside another region."""

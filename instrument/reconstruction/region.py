@@ -65,6 +65,17 @@ class Region:
         """Give the numbers of pixels to the right of this region and below it, in a field of ``size`` pixels a side."""
         return size - self.left - self.width, size - self.top - self.height
 
+    def stays(self, displacement_px: Floats, size: int) -> bool:
+        """Whether none of the displacements, ``(n, 2)``, takes a part of it out of a field by a pixel or more."""
+        low, high = displacement_px.min(axis=0), displacement_px.max(axis=0)
+        return bool((low > [-1 - self.left, -1 - self.top]).all() and (high < np.array(self.room(size)) + 1).all())
+
+    def grown(self, px: int, size: int) -> "Region":
+        """Give it with so many more pixels at each side, as far as the field goes."""
+        top, left = max(self.top - px, 0), max(self.left - px, 0)
+        bottom, right = min(self.top + self.height + px, size), min(self.left + self.width + px, size)
+        return Region(top, left, bottom - top, right - left)
+
     def paste(self, part: Floats, size: int) -> Floats:
         """Give an image of the whole field, zeros with ``part`` at this region.
 

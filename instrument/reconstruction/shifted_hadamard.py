@@ -152,8 +152,9 @@ class ShiftedHadamard:
         """Prepare rows of the value I_H+ - I_H-, each pattern at its own displacement of the object.
 
         H+ = (1 + H)/2 at d+ and H- = (1 - H)/2 at d- give (H(d+) + H(d-))/2 + (1(d+) - 1(d-))/2, where 1(d) is the field
-        itself, shifted: the change of total light of an object that crosses the field's edge. That part is left out where
-        a ``region`` keeps the object inside. Where d+ and d- are nowhere more than 0.05 px apart, their mean stands for both.
+        itself, shifted: the change of total light of an object that crosses the field's edge. That part is left out where a
+        ``region`` stays inside, but for parts of a pixel. Where d+ and d- are nowhere more than 0.05 px apart, their mean
+        stands for both.
 
         Args:
             pairs: ``(rows, 2)`` Walsh rows.
@@ -165,7 +166,11 @@ class ShiftedHadamard:
         if len(pairs) == 0 or np.abs(positive_px - negative_px).max() <= _SAME_PLACE_PX:
             return cls.single(pairs, (positive_px + negative_px) / 2, field, region)
         both_px = np.stack([positive_px, negative_px])
-        if region is not None and region != Region.whole(field.size):
+        if (
+            region is not None
+            and region != Region.whole(field.size)
+            and region.stays(both_px.reshape(-1, 2), field.size)
+        ):
             return cls.of([0.5, 0.5], np.stack([pairs, pairs]), both_px, field, region)
         all_on = np.zeros_like(pairs)
         places_px = np.concatenate([both_px, both_px])

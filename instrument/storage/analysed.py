@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from instrument.storage.reader import opened_recording, plan_of
 from protocols import Floats
 from protocols.plain_file import path_of
 
+_REFERENCE: Final = "analysis/track/reference_frame"
+
 
 @dataclass(frozen=True, eq=False)
 class StoredAnalysis:
@@ -21,7 +24,7 @@ class StoredAnalysis:
     """``(frames,)``: middle of each frame after the first edge."""
 
     displacement_px: Floats | None
-    """``(frames, 2)``: x, y relative to frame 0; NaN where not tracked."""
+    """``(frames, 2)``: x, y relative to ``reference_frame``; NaN where not tracked."""
 
     sigma_px: Floats | None
     """``(frames, 2)``: its standard uncertainty."""
@@ -45,10 +48,13 @@ class StoredAnalysis:
     """``(frames,)``: its standard uncertainty."""
 
     image: Floats | None
-    """``(rows, columns)``: the image at frame 0, row = y (down)."""
+    """``(rows, columns)``: the image at ``reference_frame``, row = y (down)."""
 
     still: Floats | None
     """``(rows, columns)``: image of what stands still."""
+
+    reference_frame: int = 0
+    """Frame that displacements are relative to; 0 in files that do not say it."""
 
 
 def stored_analysis(path: str | Path) -> StoredAnalysis | None:
@@ -75,6 +81,7 @@ def stored_analysis(path: str | Path) -> StoredAnalysis | None:
             magnification_sigma=_array(entry, "track/magnification_sigma"),
             image=_array(entry, "image/image"),
             still=_array(entry, "background/background"),
+            reference_frame=int(entry.number(_REFERENCE)) if _REFERENCE in entry else 0,
         )
 
 

@@ -27,6 +27,7 @@ def write_analysis(
     pivot_px: Floats | None = None,
     start_px: Floats | None = None,
     start_sigma_px: Floats | None = None,
+    reference_frame: int = 0,
     displacement_mm: Floats | None = None,
     sigma_mm: Floats | None = None,
     still: Floats | None = None,
@@ -44,8 +45,8 @@ def write_analysis(
 
     Args:
         path: the recording.
-        displacement_px: ``(frames, 2)`` x, y relative to frame 0; NaN where not tracked; None where the scheme sees no position.
-        image: ``(rows, columns)`` the reconstructed image at frame 0, row = y (down), column = x; None where the scheme only
+        displacement_px: ``(frames, 2)`` x, y relative to a frame; NaN where not tracked; None where the scheme sees no position.
+        image: ``(rows, columns)`` the reconstructed image at that frame, row = y (down), column = x; None where the scheme only
             tracks. It covers the whole field, whatever the number of its pixels.
         sigma_px: ``(frames, 2)`` standard uncertainty of ``displacement_px``.
         angle_deg: ``(frames,)`` angle since frame 0, clockwise in the picture; NaN where unknown; None where it was not measured.
@@ -55,7 +56,8 @@ def write_analysis(
         pivot_px: ``(2,)`` x, y at frame 0 of the point about which the object turns and grows; None where it does neither.
         start_px: ``(2,)`` x, y of the object's centroid at frame 0, in px of the field; None where it was not measured.
         start_sigma_px: ``(2,)`` its standard uncertainty.
-        displacement_mm: ``(frames, 2)`` along the stage's axis and across it, relative to frame 0; None without a calibration.
+        reference_frame: frame that displacements are relative to, and that the image is of.
+        displacement_mm: ``(frames, 2)`` along the stage's axis and across it, relative to that frame; None without a calibration.
         sigma_mm: ``(frames, 2)`` standard uncertainty of ``displacement_mm``.
         still: ``(rows, columns)`` image of what stands still, likewise; None where none was found.
         window_images: ``(n, rows, columns)`` an image like ``image`` for each of some windows of the run; None for none.
@@ -98,6 +100,7 @@ def write_analysis(
             _add_track(
                 analysis,
                 displacement_px,
+                reference_frame,
                 [
                     ("sigma_px", sigma_px, "px", None),
                     ("angle_deg", angle_deg, "degree", "turn since frame 0, from x to y"),
@@ -111,14 +114,14 @@ def write_analysis(
                         "displacement_mm",
                         displacement_mm,
                         "mm",
-                        "along the stage's axis and across it, relative to frame 0",
+                        f"along the stage's axis and across it, relative to frame {reference_frame}",
                     ),
                     ("sigma_mm", sigma_mm, "mm", None),
                 ],
             )
         if image is not None:
             picture = analysis.group("image", "NXdata", signal="image", axes=["y_px", "x_px"])
-            picture.add("image", image, long_name="image at frame 0")
+            picture.add("image", image, long_name=f"image at frame {reference_frame}")
             _add_axes(picture, image, size)
         if window_images is not None and window_frames is not None:
             _add_windows(analysis, window_images, window_frames, size)
@@ -130,11 +133,15 @@ def write_analysis(
 
 
 def _add_track(
-    analysis: Group, displacement_px: Floats, others: Iterable[tuple[str, Floats | None, str | None, str | None]]
+    analysis: Group,
+    displacement_px: Floats,
+    reference_frame: int,
+    others: Iterable[tuple[str, Floats | None, str | None, str | None]],
 ) -> None:
     """Give the path, and of the others (name, array, unit, long name) those that there are."""
     track = analysis.group("track", "NXdata", signal="displacement_px", axes=[".", "."])
-    track.add("displacement_px", displacement_px, units="px", long_name="x, y relative to frame 0")
+    track.add("displacement_px", displacement_px, units="px", long_name=f"x, y relative to frame {reference_frame}")
+    track.add("reference_frame", reference_frame)
     for name, array, units, long_name in others:
         if array is not None:
             attributes = {"units": units, "long_name": long_name}

@@ -45,13 +45,13 @@ class MotionFit(Frozen):
     """Unit of length."""
 
     travel: Quantity
-    """Distance from the first frame to the last, in that unit."""
+    """Distance from the frame that displacements are relative to, the first one of most runs, to the last, in that unit."""
 
     speed: Quantity
     """Speed in the middle of the run, in the unit a second. It is also the mean speed."""
 
     start_speed: Quantity
-    """Speed at the first frame."""
+    """Speed at that first frame."""
 
     end_speed: Quantity
     """Speed at the last frame."""
@@ -96,7 +96,7 @@ def motion_fit(trajectory: "Trajectory", scale: DisplacementSection | None = Non
     known = trajectory.covariance
     if known is None or len(trajectory) < _FEWEST_FRAMES or not np.isfinite(known.covariance_px2).all():
         return None
-    time_s = known.frame * trajectory.frame_time_s
+    time_s = (known.frame - trajectory.reference_frame) * trajectory.frame_time_s
     place_px = trajectory.displacement_px[known.frame]
     length_s = float(time_s[-1])
     direction = _direction(place_px[-1], scale)

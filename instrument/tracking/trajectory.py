@@ -1,6 +1,6 @@
 """The displacement of an object over a run, with its uncertainty, at any time."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -24,10 +24,10 @@ class Trajectory:
     """Displacement of every frame. ``numpy.asarray`` gives ``displacement_px``."""
 
     displacement_px: Floats
-    """``(frames, 2)``: x, y in the middle of each frame, relative to frame 0."""
+    """``(frames, 2)``: x, y in the middle of each frame, relative to ``reference_frame``."""
 
     sigma_px: Floats
-    """``(frames, 2)``: standard deviation of ``displacement_px``; 0 at frame 0, infinite where nothing is known."""
+    """``(frames, 2)``: standard deviation of ``displacement_px``; 0 at ``reference_frame``, infinite where nothing is known."""
 
     frame_time_s: float
     """Time from one frame to the next. The middle of frame k is k + 1/2 of it after the first edge."""
@@ -39,21 +39,22 @@ class Trajectory:
     """``(frames,)``: whether the frame was measured; the displacement of the others is interpolated."""
 
     angle_deg: Floats | None = None
-    """``(frames,)``: angle by which the object has turned since frame 0, from x to y, clockwise as one looks at the picture; the
-    displacement is then that of its centroid. None where the scheme sees no angle, and the object was not found to turn."""
+    """``(frames,)``: angle by which the object has turned since ``reference_frame``, from x to y, clockwise as one looks at the
+    picture; the displacement is then that of its centroid. None where the scheme sees no angle, and the object was not found to
+    turn."""
 
     angle_sigma_deg: Floats | None = None
     """``(frames,)``: standard deviation of ``angle_deg``."""
 
     magnification: Floats | None = None
-    """``(frames,)``: size of the object over that at frame 0; None where it was not found to change."""
+    """``(frames,)``: size of the object over that at ``reference_frame``; None where it was not found to change."""
 
     magnification_sigma: Floats | None = None
     """``(frames,)``: standard deviation of ``magnification``."""
 
     pivot_px: Floats | None = None
-    """``(2,)``: x, y at frame 0 of the point whose displacement is given, about which the object turns and grows, in px of the
-    field; None where it does neither."""
+    """``(2,)``: x, y at ``reference_frame`` of the point whose displacement is given, about which the object turns and grows, in
+    px of the field; None where it does neither."""
 
     start_px: Floats | None = None
     """``(2,)``: x, y of the object's centroid at frame 0, in px of the field, whose first pixel has its middle at 0; None where
@@ -63,6 +64,10 @@ class Trajectory:
     """``(2,)``: standard deviation of ``start_px``."""
     covariance: PathCovariance | None = None
     """How its errors hang together; None for a path that was not smoothed, or of few frames."""
+
+    reference_frame: int = 0
+    """Frame that displacements are relative to, and whose image is shown: the first one, but of an object that comes into the
+    field the first in which all of it is inside, and of a run that begins in the dark the first that was measured."""
 
     scale: DisplacementSection | None = None
     """Pixels a millimetre and axis of the bench that it was recorded on; None where it was not calibrated."""
@@ -156,6 +161,30 @@ class Trajectory:
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:  # noqa: FBT001  (numpy's own signature)
         """Give ``displacement_px`` to numpy."""
         return np.array(self.displacement_px, dtype=dtype, copy=copy)
+
+    def relative_to(self, frame: int) -> "Trajectory":
+        """Give the path relative to another frame, to be refined: its uncertainty is not stated anew."""
+        if frame == self.reference_frame:
+            return self
+        place_px = self.displacement_px
+        return replace(self, displacement_px=place_px - place_px[frame], reference_frame=frame, covariance=None)
+
+    def known_where(self, seen: Mask) -> "Trajectory":
+        """Say that nothing is known before the object was seen, nor after: it may do anything out there.
+
+        Args:
+            seen: ``(frames,)``: frames in which it was.
+        """
+        used = np.flatnonzero(seen)
+        first, end = min(int(used[0]), self.reference_frame), int(used[-1]) + 1
+        sigma_px = self.sigma_px.copy()
+        sigma_px[:first] = np.inf
+        sigma_px[end:] = np.inf
+        known = self.covariance
+        if known is not None:
+            count = int(np.count_nonzero(known.frame < end))
+            known = replace(known, frame=known.frame[:count], covariance_px2=known.covariance_px2[:, :count, :count])
+        return replace(self, sigma_px=sigma_px, covariance=known)
 
     def at(self, time_s: Floats) -> Floats:
         """Give the displacement at any time of the run, such as that of each pattern.

@@ -57,8 +57,7 @@ def write_pictures(analysis: Analysis, folder: Path, stem: str = "", kind: Pictu
 
 
 def _figures(analysis: Analysis) -> dict[str, Figure]:
-    recording, truth = analysis.recording, analysis.recording.truth
-    truth_px = truth.displacement_px if truth else None
+    recording, truth_px = analysis.recording, analysis.truth_px
     path, image = analysis.trajectory, analysis.image
     scale = None if path is None or path.scale is None else path.scale.px_per_mm
     size = recording.plan.image_size
@@ -67,7 +66,8 @@ def _figures(analysis: Analysis) -> dict[str, Figure]:
     if image is not None:
         figures["image"] = image_figure(
             image,
-            truth.image if truth else None,
+            analysis.true_image,
+            f"reconstructed, at frame {analysis.reference_frame}",
             size_px=size,
             px_per_mm=scale,
             start_px=None if path is None else path.start_px,

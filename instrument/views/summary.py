@@ -23,7 +23,7 @@ def summary_figure(analysis: Analysis) -> Figure:
 
     Panels for which the scheme gives no image or no path are left out.
     """
-    truth, path = analysis.recording.truth, analysis.trajectory
+    path = analysis.trajectory
     scale = None if path is None or path.scale is None else path.scale.px_per_mm
     images = _images(analysis)
     sigma_px = stated_sigma_px(analysis)
@@ -36,9 +36,8 @@ def summary_figure(analysis: Analysis) -> Figure:
         if image is analysis.image and path is not None and path.start_px is not None:
             mark_centroid(axes, path.start_px)
     if path is not None:
-        truth_px = None if truth is None else truth.displacement_px
         above = figure.add_subplot(grid[int(bool(images)), :])
-        draw_trajectory(above, path.time_s, path.displacement_px, truth_px, px_per_mm=scale, sigma_px=sigma_px)
+        draw_trajectory(above, path.time_s, path.displacement_px, analysis.truth_px, px_per_mm=scale, sigma_px=sigma_px)
         if sigma_px is not None:
             above.set_xlabel("")
             draw_deviation(figure.add_subplot(grid[-1, :], sharex=above), path.time_s, path.displacement_px, sigma_px)
@@ -48,7 +47,7 @@ def summary_figure(analysis: Analysis) -> Figure:
 
 def _images(analysis: Analysis) -> list[tuple[Floats, str]]:
     """The images to show, with titles that fit the run."""
-    path, truth = analysis.trajectory, analysis.recording.truth
+    path, true_image = analysis.trajectory, analysis.true_image
     if analysis.image is None or analysis.ignored is None:
         return []
     if path is None:
@@ -60,8 +59,8 @@ def _images(analysis: Analysis) -> list[tuple[Floats, str]]:
         ]
     else:
         images = [(analysis.ignored, "motion ignored"), (analysis.image, "motion measured and taken back")]
-    if truth is not None:
-        images.append((truth.image, "the object, at frame 0"))
+    if true_image is not None:
+        images.append((true_image, "the object, at frame 0"))
     if analysis.reconstruction is not None and analysis.reconstruction.still is not None:
         images.append((analysis.reconstruction.still, "what stands still"))
     return images

@@ -66,3 +66,14 @@ def test_a_change_of_shape_is_stored_for_all_frames(run: Path, tmp_path: Path) -
     np.testing.assert_array_equal(stored.magnification, [*(1 + part), *[np.nan] * 15])
     np.testing.assert_array_equal(stored.magnification_sigma, [*(0.1 * part), *[np.nan] * 15])
     assert array(copy, "/entry/analysis/track/pivot_px").tolist() == [3.0, 4.0]
+
+
+def test_the_file_says_which_frame_displacements_are_relative_to(run: Path, tmp_path: Path) -> None:
+    recording = open_recording(run)
+    analysis = analyse(recording, tracking="per-frame", method="conventional")
+    assert analysis.trajectory is not None
+    later = replace(analysis, trajectory=replace(analysis.trajectory, reference_frame=7))
+    store(run, recording, later, tmp_path / "later.h5")
+    store(run, recording, analysis, tmp_path / "plain.h5")
+    found = [stored_analysis(tmp_path / name) for name in ("later.h5", "plain.h5")]
+    assert [one.reference_frame for one in found if one is not None] == [7, 0]

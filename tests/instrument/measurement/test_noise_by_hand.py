@@ -110,12 +110,12 @@ def test_darkness_does_not_change() -> None:
 
 
 def test_a_change_to_more_light_counts_as_one_to_less_does() -> None:
-    """Two of ten tenths are half as bright again: 1.5 / 1 - 1. Two that are dark: 1."""
+    """Two of ten tenths are half as bright again: 1.5 / 1 - 1. Two that are a fifth as bright: 0.8."""
     values = np.full((100, 6), 50.0)
     values[20:40] = 75.0
     assert Measurement.of(_recording(values)).light_change() == pytest.approx(0.5)
-    values[20:40] = 0.0
-    assert Measurement.of(_recording(values)).light_change() == pytest.approx(1.0)
+    values[20:40] = 10.0
+    assert Measurement.of(_recording(values)).light_change() == pytest.approx(0.8)
 
 
 @pytest.mark.parametrize("flicker", [False, True])

@@ -23,7 +23,10 @@ def test_values_and_variances_are_those_of_the_dense_normal_equations(order: int
     values: Floats = inverse @ (weights * series)
     np.testing.assert_allclose(found.values, values, atol=1e-9)
     expected = inverse.diagonal() + inverse[0, 0] - 2 * inverse[0]
-    np.testing.assert_allclose(found.variances_to_first(np.arange(size)), expected, atol=1e-9)
+    np.testing.assert_allclose(found.variances_to(0, np.arange(size)), expected, atol=1e-9)
+    to_another = inverse.diagonal() + inverse[17, 17] - 2 * inverse[17]
+    np.testing.assert_allclose(found.variances_to(17, np.arange(size)), to_another, atol=1e-9)
+    np.testing.assert_allclose(np.diag(found.covariance_to(17, np.arange(size))), to_another, atol=1e-9)
     assert found.cost == pytest.approx(float(series @ (weights * (series - values))))
 
 
@@ -57,7 +60,7 @@ def test_the_strongest_smoothing_of_order_3_is_a_parabola(size: int) -> None:
     np.testing.assert_allclose(found.values, parabola, atol=1e-4)
     base = np.stack([np.ones(size), time, time**2], axis=1)
     step = base[-1] - base[0]
-    assert found.variances_to_first(np.array([size - 1]))[0] == pytest.approx(
+    assert found.variances_to(0, np.array([size - 1]))[0] == pytest.approx(
         float(step @ np.asarray(np.linalg.solve(base.T @ base, step), np.float64)), rel=0.05
     )
 

@@ -54,12 +54,13 @@ def test_places_up_to_a_twentieth_of_a_pixel_apart_are_one_place(way_px: float, 
     assert float(operator.matvec(np.ones(64, np.float32))[0]) == pytest.approx(value, abs=1e-4)
 
 
-def test_inside_a_region_a_change_of_the_total_light_is_left_out() -> None:
-    """Seven of eight columns, at 0 and 2 px to the right: the mean of 56 and 48. Of the whole field it is 64 - 0."""
-    still, moved = np.zeros((1, 2)), np.array([[2.0, 0.0]])
+@pytest.mark.parametrize(("way_px", "value"), [(1.5, 54.0), (1.99, 52.04), (2.0, 56.0)])
+def test_of_a_region_that_stays_inside_a_change_of_the_total_light_is_left_out(way_px: float, value: float) -> None:
+    """Seven of eight columns, at 0 and to the right: the mean of 56 and 8 (8 - way). If one goes out: 56. Of the whole: 64."""
+    still, moved = np.zeros((1, 2)), np.array([[way_px, 0.0]])
     pairs = np.array([[0, 0]])
     part = ShiftedHadamard.differential(pairs, still, moved, Field(8), Region(0, 0, 8, 7))
-    assert part.matvec(np.ones(56, np.float32)).tolist() == [52.0]
+    assert float(part.matvec(np.ones(56, np.float32))[0]) == pytest.approx(value, abs=1e-4)
     whole = ShiftedHadamard.differential(pairs, still, moved, Field(8), Region.whole(8))
     assert whole.matvec(np.ones(64, np.float32)).tolist() == [64.0]
 

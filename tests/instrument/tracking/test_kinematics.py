@@ -134,7 +134,7 @@ def test_the_smoother_s_covariance_is_that_of_its_variances() -> None:
     for axis in range(2):
         np.testing.assert_allclose(np.diag(known.covariance_px2[axis]), sigma_px[known.frame, axis] ** 2, rtol=1e-9)
     np.testing.assert_allclose(known.covariance_px2[1], 4 * known.covariance_px2[0], rtol=1e-9)
-    dense = fit.covariance_to_first(np.arange(1, 200))
+    dense = fit.covariance_to(0, np.arange(1, 200))
     assert np.linalg.eigvalsh(dense).min() > -1e-9
     np.testing.assert_allclose(np.sqrt(np.diag(dense)), np.sqrt(fit.variance_to_first[1:]), rtol=0.05)
 

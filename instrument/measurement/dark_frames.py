@@ -1,0 +1,46 @@
+"""Frames without light: a shutter, a lamp that was off, or an object that is not there and lets none through.
+
+Of such frames no pattern tells anything, and their noise must not be taken for values that slipped to other patterns, nor be
+divided by their light. A lamp that flickers is dark for less than the time looked at, and one that fades is never.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from protocols import Floats, Mask
+
+_FRAMES: Final = 9
+"""Frames in a row that must be dark, in the mean."""
+
+_DARK: Final = 0.02
+"""Share of the light of bright frames up to which they are."""
+
+_DIM: Final = 0.1
+"""Share of it that must be told from darkness, for dim frames not to be taken for dark ones,"""
+
+_SURE: Final = 4.0
+"""by so many standard deviations: of few photons nobody can tell."""
+
+
+def dark_frames(total: Floats, *, photon_counts: bool) -> Mask:
+    """``(frames,)``: whether a frame is dark, or beside dark ones, whose first and last may be lit in part.
+
+    Args:
+        total: ``(frames,)`` total light; NaN where it is not known.
+        photon_counts: whether it counts photons, whose noise falls with the light.
+    """
+    known = np.isfinite(total)
+    if np.count_nonzero(known) < 2 * _FRAMES:
+        return np.zeros(len(total), bool)
+    window = np.ones(_FRAMES)
+    count = np.convolve(known.astype(np.float64), window, "valid")
+    mean = np.convolve(np.where(known, total, 0.0), window, "valid") / np.maximum(count, 1.0)
+    bright = float(np.quantile(mean[count > 0], 0.95))
+    lit = total[known & (total > bright / 2)]
+    noise = float(np.median(np.abs(np.diff(lit)))) / (0.6745 * 2**0.5) if len(lit) > 1 else np.inf
+    when_dim = noise * (_DIM**0.5 if photon_counts else 1.0) / _FRAMES**0.5
+    if not (_DIM - _DARK) * bright > _SURE * when_dim:
+        return np.zeros(len(total), bool)
+    within = (mean < _DARK * bright) & (count > _FRAMES / 2)
+    return np.asarray(np.convolve(within, np.ones(_FRAMES + 2))[1:-1] > 0, bool)
