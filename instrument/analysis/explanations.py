@@ -9,21 +9,19 @@ Such a run is looked at again as it would be were it otherwise, in each of a few
 far more.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import Final, TypeAlias
+from typing import Final
 
 import numpy as np
 
 from instrument.analysis.find import Found
+from instrument.analysis.second_look import Find, Screen, placed_again, slipped_for_sure, slipped_unseen
 from instrument.joint import position_misfit
 from instrument.measurement import Finding, Measurement, after_lost_frame, by_patterns, first_light
 from instrument.schemes import exchanges
 from instrument.tracking import track
 from protocols import InputError
-
-Find: TypeAlias = Callable[[Measurement], Found]
-"""Function that finds path and image."""
 
 _CONTRADICT: Final = 1.2
 """Misfit of the position values above which they are taken to contradict the image: healthy runs had 1.0 to 1.15, and fringes
@@ -33,6 +31,9 @@ _FAR_BETTER: Final = 0.2
 """What an explanation may leave of the squared misfit beyond that of noise, over what is left without it; or as little as
 does not contradict."""
 
+_UNEXPLAINED: Final = 1.1
+"""Misfit of the Hadamard values above which values may have slipped though the position values agree with the image."""
+
 _BETTER: Final = 25.0
 """Fall of the sum of squares of the Hadamard values from which on a lost frame is believed: without one it rises."""
 
@@ -40,12 +41,13 @@ _MOST_LOST: Final = 3
 """Frames lost that are looked for."""
 
 
-def explained(measurement: Measurement, find: Find) -> Found:
+def explained(measurement: Measurement, find: Find, screen: Screen) -> Found:
     """Find path and image, and mend what the two show to be wrong; see the module.
 
     Args:
         measurement: of a run, before anything was found in it.
         find: function that finds path and image by it.
+        screen: function that gives the run whose values came by some shifts.
 
     Raises:
         InputError: as ``find``, where no explanation helps.
@@ -56,12 +58,15 @@ def explained(measurement: Measurement, find: Find) -> Found:
         contradiction = found.position_misfit
     except InputError as error:
         refused = error
-    otherwise = _otherwise(measurement, contradiction)
+    otherwise = _otherwise(measurement, contradiction, screen)
+    if otherwise is None and found is not None and found.usual_misfit > _UNEXPLAINED:
+        otherwise = slipped_for_sure(measurement, screen)
     if otherwise is not None:
         measurement, found = otherwise, find(otherwise)
     if found is None:
         assert refused is not None  # noqa: S101  (either is there)
         raise refused
+    measurement, found = placed_again(measurement, found, find, screen)
     return _without_lost_frames(measurement, found, find)
 
 
@@ -93,16 +98,18 @@ def _squares(found: Found) -> float:
     return float(np.count_nonzero(found.measurement.valid) * found.usual_misfit**2)
 
 
-def _otherwise(measurement: Measurement, contradiction: float) -> Measurement | None:
+def _otherwise(measurement: Measurement, contradiction: float, screen: Screen) -> Measurement | None:
     """Give the run as it would be by the explanation that makes position values and image agree; None where none does.
 
     Args:
         measurement: as planned.
         contradiction: misfit of the position values of the run as planned; infinite where no image was found at all.
+        screen: function that gives the run whose values came by some shifts.
     """
     if not contradiction > _CONTRADICT:
         return None
-    tried = [(_misfit(other), other) for other in (measurement, *_explanations(measurement))]
+    others = (measurement, *_explanations(measurement), *slipped_unseen(measurement, screen))
+    tried = [(_misfit(other), other) for other in others]
     misfit, other = min(tried, key=lambda one: one[0])
     left = min(contradiction, tried[0][0]) ** 2 - 1
     explains = misfit**2 - 1 < max(_FAR_BETTER * left, min(_CONTRADICT**2 - 1, left / 2))
