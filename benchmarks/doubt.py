@@ -170,7 +170,7 @@ class Analysed:
         if slips is None or [part.shift for part in slips.segments] != [0, -1]:
             return
         place = slips.segments[1].first_pattern
-        first, last = slips.segments[1].within or (place, place)
+        first, last = slips.segments[1].within or (place - 3, place + 3)
         self.told += 1
         self.placed += abs(place - lost) <= 3
         self.held += first <= lost <= last

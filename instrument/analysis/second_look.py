@@ -46,7 +46,9 @@ def surely_slipped(measurement: Measurement, screen: Screen) -> Measurement:
     if np.count_nonzero(~slips.sure) <= _UNSURE * max(len(slips.changes), 1):
         return measurement
     best = _likeliest(measurement, screen)
-    return measurement if best is None else screen(best.slips)
+    if best is None or best.cost > _EXPLAINS * measurement.values.size:
+        return measurement
+    return screen(best.slips)
 
 
 def in_step_first(
@@ -101,9 +103,16 @@ def placed_again(measurement: Measurement, found: Found, find: Find, screen: Scr
     if slips is None or not slips.changes or path is None or image is None:
         return measurement, found
     raw = screen(Slips.none(len(measurement)))
+    per_frame = raw.values.shape[1]
+    if any(2 * abs(part.shift) == per_frame and part.within is None for part in slips.segments):
+        return measurement, found  # those frames are masked, and the path knows none of them
     better = placed(raw, slips, Explained.of(found.measurement, path, image)).slips
-    same = [change.place for change in better.changes] == [change.place for change in slips.changes]
-    if same and better.sure[slips.sure].all():  # as many frames as are known, but for a few beside the changes
+    moved = [new.place - old.place for new, old in zip(better.changes, slips.changes, strict=True)]
+    if max(np.abs(moved)) > _REACH * per_frame:
+        return measurement, found
+    if (
+        not any(moved) and better.sure[slips.sure].all()
+    ):  # as many frames as are known, but for a few beside the changes
         return measurement, found
     again = screen(better)
     return again, find(again)
@@ -113,19 +122,24 @@ def _suspects(told: Slips, screen: Screen) -> Iterator[Slips]:
     """Give the shifts that a run may have beside none: those that the counts told, or what one change may have been."""
     raw = screen(Slips.none(len(told.sure)))
     frames, per_frame = raw.values.shape
-    most = (per_frame - 1) // 2
-    start, changes = told.segments[0].shift, told.changes
-    ways: list[tuple[int, tuple[Change, ...]]]
     if told.any:
-        ways = [(start, changes)]
-        if len(changes) == 1:  # the place is told far more surely than by how many patterns
-            other = [shift for shift in range(-most, most + 1) if shift not in {start, changes[0].shift}]
-            ways += [(start, (replace(changes[0], shift=shift),)) for shift in other]
+        ways = [(told.segments[0].shift, told.changes), *_by_other_patterns(told, per_frame // 2)]
     else:
         counted = suspects_of_counts(raw.arrived, raw.valid, raw.scheme, photon_counts=raw.photon_counts)
         ways = [(0, (change,)) for change in counted]
     for first_shift, changes in ways:
         yield Slips.changing((frames, per_frame), first_shift, _widened(changes, per_frame))
+
+
+def _by_other_patterns(told: Slips, most: int) -> Iterator[tuple[int, tuple[Change, ...]]]:
+    """Give the shifts of a run in which one change is by another number of patterns: the place is told far more surely."""
+    start, changes = told.segments[0].shift, told.changes
+    for k, change in enumerate(changes):
+        for shift in range(-most, most + 1):
+            tried = [*changes[:k], replace(change, shift=shift), *changes[k + 1 :]]
+            before = [start, *(one.shift for one in tried)]
+            if shift != change.shift:
+                yield start, tuple(one for one, last in zip(tried, before, strict=False) if one.shift != last)
 
 
 def _widened(changes: Iterable[Change], per_frame: int) -> list[Change]:

@@ -193,9 +193,12 @@ def slips_of(light: Floats, wild: Mask, variance: Floats, pair: tuple[int, int] 
 def in_step_again(values: Floats, slips: Slips) -> Floats:
     """Move the values back to their own patterns, ``(frames, patterns_per_frame)``; NaN where the shift is not sure.
 
-    A shift by half a frame is not moved back, as it may as well be one to the other side.
+    A shift by half a frame is not moved back unless its place was asked for, as it may as well be one to the other side.
     """
-    return _moved(values, slips.shift, slips.sure & (2 * np.abs(slips.shift) != max(values.shape[1], 3)))
+    per_frame = max(values.shape[1], 3)
+    parts = [(2 * abs(part.shift) != per_frame or part.within is not None, part) for part in slips.segments]
+    sides: Mask = np.repeat([known for known, _ in parts], [part.end_frame - part.first_frame for _, part in parts])
+    return _moved(values, slips.shift, slips.sure & sides)
 
 
 def moved_back(values: Floats, slips: Slips) -> Floats:

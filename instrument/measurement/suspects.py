@@ -34,13 +34,13 @@ _MOST: Final = 60.0
 
 
 def suspects(evidence: SlipEvidence) -> tuple[Change, ...]:
-    """Give the places where a change from no shift to each of less than half a frame costs least.
+    """Give the places where a change from no shift to each other one costs least.
 
     The likeliest place of each shift comes first, then the second one of each. Costs of two shifts are hardly to be compared.
     A change costs what pairs cost by no shift before it and by the shift after it, and by how much levels do not go on.
     """
     frames, per_frame = evidence.light.shape
-    most = min(evidence.most, (per_frame - 1) // 2)
+    most = evidence.most if evidence.has_levels else 0
     found: list[tuple[int, float, Change]] = []
     before = np.cumsum(evidence.pairs[:, evidence.most])
     for shift in (shift for shift in range(-most, most + 1) if shift):

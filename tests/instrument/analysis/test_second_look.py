@@ -135,6 +135,20 @@ def test_a_shift_of_which_the_counts_are_not_sure_is_made_sure(dim: Recording) -
     np.testing.assert_array_equal(found.arrived[found.valid], Measurement.of(dim).arrived[found.valid])
 
 
+def test_half_a_frame_that_is_lost_is_told_to_be_lost_and_not_gained(dim: Recording) -> None:
+    """The counts take it for one gained, and leave all that follows as not sure."""
+    run = dim
+    for _ in range(3):
+        run = without(run, 1300)
+    unsure = Measurement.of(run)
+    assert np.count_nonzero(~unsure.valid) > 100
+    found = surely_slipped(unsure, screen_of(run))
+    assert [shift for shift, _ in told(found)] == [0, -3]
+    kept = found.valid[:398]
+    assert np.count_nonzero(~kept) <= 8
+    np.testing.assert_array_equal(found.arrived[:398][kept], Measurement.of(dim).arrived[:398][kept])
+
+
 def test_what_was_found_is_kept_where_its_image_places_the_change_where_it_was(dim: Recording) -> None:
     run = without(dim, 1300)
     measurement, calls = Measurement.of(run), list[Measurement]()
