@@ -93,7 +93,7 @@ def _likeliest(measurement: Measurement, screen: Screen) -> Placed | None:
 def slipped_unseen(measurement: Measurement, screen: Screen) -> Iterator[Measurement]:
     """Give the run with the shifts that are likeliest, where path and image say that something is wrong."""
     best = _likeliest(measurement, screen)
-    if best is not None and best.slips.any:
+    if best is not None and best.slips.any and best.gain > _FAR_BETTER:
         yield screen(best.slips)
 
 
@@ -101,6 +101,8 @@ def placed_again(measurement: Measurement, found: Found, find: Find, screen: Scr
     """Place the changes of the shift by the path and the image that were found, and find both again where that makes a change."""
     slips, path, image = measurement.slips, found.trajectory, found.reconstruction
     if slips is None or not slips.changes or path is None or image is None:
+        return measurement, found
+    if screen(slips).findings != measurement.findings:  # it was taken otherwise in another way too
         return measurement, found
     raw = screen(Slips.none(len(measurement)))
     per_frame = raw.values.shape[1]
@@ -115,7 +117,10 @@ def placed_again(measurement: Measurement, found: Found, find: Find, screen: Scr
     ):  # as many frames as are known, but for a few beside the changes
         return measurement, found
     again = screen(better)
-    return again, find(again)
+    try:
+        return again, find(again)
+    except InputError:
+        return measurement, found
 
 
 def _suspects(told: Slips, screen: Screen) -> Iterator[Slips]:

@@ -88,11 +88,12 @@ def likeliest(frames: int, screen: Callable[[Slips], Measurement], suspects: Ite
         return None
     of_none = min((one.cost for one in found if not one.slips.any), default=np.inf)
     best = min(found, key=lambda one: one.cost)
-    for _ in range(_LOOKS if best.slips.changes else 0):
-        again = placed(raw, best.slips, at_first_sight(screen(best.slips)))
-        if not again.cost < best.cost or again.slips.changes == best.slips.changes:
-            break
-        best = again
+    with suppress(InputError, np.linalg.LinAlgError):
+        for _ in range(_LOOKS if best.slips.changes else 0):
+            again = placed(raw, best.slips, at_first_sight(screen(best.slips)))
+            if not again.cost < best.cost or again.slips.changes == best.slips.changes:
+                break
+            best = again
     return replace(best, gain=of_none - best.cost)
 
 
