@@ -13,9 +13,10 @@ from instrument.analysis.explanations import explained
 from instrument.analysis.find import Found, find_image, find_path
 from instrument.analysis.leaving import crossing, follow
 from instrument.analysis.merit import Figures, figures_of
+from instrument.analysis.second_look import in_step_first, surely_slipped
 from instrument.analysis.stage_figures import stage_figures
 from instrument.choices import Background, Grid, Method, Normalise, Shape, Tracking
-from instrument.measurement import LightModel, Measurement, first_light, usable_frames
+from instrument.measurement import LightModel, Measurement, Slips, first_light, usable_frames
 from instrument.reconstruction import Reconstruction, method_of, reconstruct
 from instrument.recording import Recording
 from instrument.shown import card, curves, grey, line
@@ -122,6 +123,12 @@ def _lit(measurement: Measurement, tracking: Tracking, normalise: Normalise) -> 
     return replace(measurement, light_found=True, normalise="frame" if normalise == "auto" else normalise)
 
 
+def _leaves(measurement: Measurement) -> Leaving | None:
+    """Find out whether the object leaves the field, and refuse a run in which it comes in."""
+    refuse_entering(measurement)
+    return leaving(measurement)
+
+
 def _refuse_tracking(tracking: Tracking, mean_filter: int | None) -> None:
     """Refuse a tracking that there is not, and a filter that the tracking does not have.
 
@@ -213,8 +220,15 @@ def analyse(
     with numbers_that_end():
         tell("following the object", 0, 3)
         crossed = None
+
+        def screen(slips: Slips) -> Measurement:
+            """Take the values as they stand by some shifts."""
+            return replace(Measurement.of(recording, slips), normalise=normalise)
+
+        if tracking == "joint":
+            measurement = surely_slipped(measurement, screen)
         if tracking == "joint" and method == "tv":
-            crossed = crossing(replace(measurement, normalise=normalise))
+            measurement, crossed = in_step_first(replace(measurement, normalise=normalise), crossing, screen)
         if crossed is None:
 
             def find(run: Measurement) -> Found:
@@ -223,7 +237,7 @@ def analyse(
                 tell("reconstructing", 1, 3)
                 return find_image(path, tracking, method, wanted, grid, shape=shape)
 
-            found = explained(measurement, find) if tracking == "joint" else find(measurement)
+            found = explained(measurement, find, screen) if tracking == "joint" else find(measurement)
             measurement = found.measurement
         else:
             tell("reconstructing", 1, 3)

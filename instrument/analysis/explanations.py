@@ -10,21 +10,19 @@ those that look best. One of them is believed where it explains far more, and wh
 Where none is, the contradiction is told.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import Final, TypeAlias
+from typing import Final
 
 import numpy as np
 
 from instrument.analysis.find import Found
+from instrument.analysis.second_look import Find, Screen, placed_again, slipped_for_sure, slipped_unseen
 from instrument.joint import position_misfit
 from instrument.measurement import Finding, Measurement, after_lost_frame, by_patterns, first_light
 from instrument.schemes import exchanges
 from instrument.tracking import track
 from protocols import InputError
-
-Find: TypeAlias = Callable[[Measurement], Found]
-"""Function that finds path and image."""
 
 _NOTHING: Final = (InputError, np.linalg.LinAlgError)
 """Errors of a run in which nothing is found."""
@@ -48,6 +46,9 @@ _AS_CLEAR: Final = 0.02
 _FAR_CLEARER: Final = 50.0
 """Fall of the sum of squares of the Hadamard values from which on the image alone says so."""
 
+_UNEXPLAINED: Final = 1.1
+"""Misfit of the Hadamard values above which values may have slipped though the position values agree with the image."""
+
 _BETTER: Final = 25.0
 """Fall of the sum of squares of the Hadamard values from which on a lost frame is believed: without one it rises."""
 
@@ -55,12 +56,13 @@ _MOST_LOST: Final = 3
 """Frames lost that are looked for."""
 
 
-def explained(measurement: Measurement, find: Find) -> Found:
+def explained(measurement: Measurement, find: Find, screen: Screen) -> Found:
     """Find path and image, and mend what the two show to be wrong; see the module.
 
     Args:
         measurement: of a run, before anything was found in it.
         find: function that finds path and image by it.
+        screen: function that gives the run whose values came by some shifts.
 
     Raises:
         InputError, LinAlgError: as ``find``, where no explanation helps.
@@ -70,12 +72,16 @@ def explained(measurement: Measurement, find: Find) -> Found:
         found = find(measurement)
     except _NOTHING as error:
         refused = error
-    better = _otherwise(measurement, found, find)
+    better = _otherwise(measurement, found, find, screen)
+    if better is None and found is not None and found.usual_misfit > _UNEXPLAINED:
+        slipped = slipped_for_sure(measurement, screen)
+        better = None if slipped is None else (slipped, find(slipped))
     if better is not None:
         measurement, found = better
     if found is None:
         assert refused is not None  # noqa: S101  (either is there)
         raise refused
+    measurement, found = placed_again(measurement, found, find, screen)
     return _doubted(_without_lost_frames(measurement, found, find))
 
 
@@ -122,13 +128,16 @@ def _squares(found: Found) -> float:
     return float(np.count_nonzero(found.measurement.valid) * found.usual_misfit**2)
 
 
-def _otherwise(measurement: Measurement, found: Found | None, find: Find) -> tuple[Measurement, Found] | None:
+def _otherwise(
+    measurement: Measurement, found: Found | None, find: Find, screen: Screen
+) -> tuple[Measurement, Found] | None:
     """Give the run as it would be by the explanation that makes position values and image agree; None where none does.
 
     Args:
         measurement: as planned.
         found: path and image as planned; None where none were found.
         find: function that finds path and image.
+        screen: function that gives the run whose values came by some shifts.
     """
     left = np.inf
     if found is not None:
@@ -136,7 +145,8 @@ def _otherwise(measurement: Measurement, found: Found | None, find: Find) -> tup
             return None
         left = min(found.position_misfit, first) ** 2 - 1
     best, best_left = None, np.inf
-    for other in sorted(_explanations(measurement), key=_misfit)[:_IN_FULL]:
+    likely = sorted([*_explanations(measurement), *slipped_unseen(measurement, screen)], key=_misfit)
+    for other in likely[:_IN_FULL]:
         try:
             by_other = find(other)
         except _NOTHING:

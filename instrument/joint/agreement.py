@@ -1,13 +1,8 @@
 """Whether the position values of a run are those of the object that its Hadamard values show."""
 
-import numpy as np
-
-from instrument.joint.evidence import evidence_of
-from instrument.joint.prediction import Predictor
-from instrument.joint.rounds import USUAL
+from instrument.joint.expected import Explained
 from instrument.measurement import Measurement
-from instrument.numerics import one_blas_thread, total_variation
-from instrument.reconstruction import Problem
+from instrument.numerics import one_blas_thread
 from instrument.tracking import Trajectory
 
 
@@ -22,9 +17,4 @@ def position_misfit(measurement: Measurement, trajectory: Trajectory) -> float:
     Raises:
         InputError: the displacements leave no room for an object in the field.
     """
-    problem = Problem.of(measurement, measurement.image_values(steady_object=True), trajectory, inside=True)
-    state = total_variation(
-        *problem.hadamard(), strength=USUAL, finer=problem.finer, tolerance=0.03, iterations=40, reweightings=0
-    )
-    prediction = Predictor.of(problem).predict(problem, state.image, None)
-    return evidence_of(problem, prediction, np.zeros(len(prediction.values.T))).misfit
+    return Explained.at_first_sight(measurement, trajectory).misfit()

@@ -13,10 +13,11 @@ from typing import Final
 
 import numpy as np
 
+from instrument.measurement import cheapest_place
 from instrument.numerics import TvState, total_variation
 from instrument.reconstruction import METHODS, Problem
 from instrument.schemes import image_rows_of
-from protocols import Singles
+from protocols import Floats, Singles
 
 _FEWEST_FRAMES: Final = 200
 """Frames below which nothing is concluded."""
@@ -123,11 +124,8 @@ def _place(problem: Problem, lost: Problem, state: TvState) -> tuple[int, int, i
         state: image of the run with the loss where it was taken to be.
     """
     image = np.concatenate([part.ravel() for part in state.images])
-    cost: list[Singles] = []
+    cost: list[Floats] = []
     for asked in (problem, lost):
         operator, values = asked.hadamard()
-        cost.append((values - operator.matvec(image)) ** 2)
-    gain = np.cumsum((cost[0] - cost[1]).astype(np.float64)[::-1])[::-1]
-    row = int(gain.argmax())
-    near = np.flatnonzero(gain > gain[row] - _SURE)
-    return row, int(near[0]), int(near[-1])
+        cost.append((values - operator.matvec(image)).astype(np.float64) ** 2)
+    return cheapest_place(cost[0], cost[1], _SURE)

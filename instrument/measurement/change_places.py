@@ -53,10 +53,25 @@ def change_place(
         noise = sigma2[np.clip((place - shift) // per_frame, 0, frames - 1), of]
         energy = (light.ravel()[place] - level) ** 2 / noise
         cost[k] = np.minimum(np.nan_to_num(energy, nan=1.0), _MOST) + np.log(noise)
-    ahead = np.concatenate([np.zeros(1), np.cumsum(cost[0])])
-    behind = np.concatenate([np.cumsum(cost[1][::-1])[::-1], np.zeros(1)])
-    total = ahead + behind
-    best = int(total.argmin())
-    likely = np.flatnonzero(total < total[best] + _AS_LIKELY)
     start = low * per_frame
-    return start + best, start + int(likely[0]), start + int(likely[-1])
+    best, first, last = cheapest_place(cost[0], cost[1], _AS_LIKELY)
+    return start + best, start + first, start + last
+
+
+def cheapest_place(before: Floats, after: Floats, as_likely: float) -> tuple[int, int, int]:
+    """Give the place of a change that costs least.
+
+    Args:
+        before: ``(n,)`` cost of each value, in the order in which values came, were the change after it: minus twice the
+            logarithm of its likelihood.
+        after: likewise, were it before it.
+        as_likely: cost by which a place is worse that is as good as ruled out.
+
+    Returns:
+        The first value after the change, 0 to n; and the first and the last one that may be it.
+    """
+    total: Floats = np.concatenate([np.zeros(1), np.cumsum(before)])
+    total[:-1] += np.cumsum(after[::-1])[::-1]
+    best = int(total.argmin())
+    likely = np.flatnonzero(total < total[best] + as_likely)
+    return best, int(likely[0]), int(likely[-1])

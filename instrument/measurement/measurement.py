@@ -16,6 +16,7 @@ from instrument.measurement.leak import difference_variance_ratio, leak_variance
 from instrument.measurement.light_model import IDEAL, LightModel
 from instrument.measurement.ripple import lamp_factor, without_ripples
 from instrument.measurement.screening import screened
+from instrument.measurement.slips import Slips
 from instrument.numerics import coverage_factor, smooth
 from instrument.plan import Plan
 from instrument.recording import Recording
@@ -75,9 +76,16 @@ class Measurement:
     findings: tuple[Finding, ...] = ()
     """What the screening of the counts found, and mended or masked."""
 
+    slips: Slips | None = None
+    """Where values stood when they came; None where nobody asked."""
+
     @classmethod
-    def of(cls, recording: "Recording | Measurement") -> "Measurement":
+    def of(cls, recording: "Recording | Measurement", slips: Slips | None = None) -> "Measurement":
         """Screen a recording, and correct it for dead time, dark counts and its background. A measurement is returned as it is.
+
+        Args:
+            recording: the recording.
+            slips: where its values stand; None where its counts are to tell.
 
         Raises:
             InputError: there are more counts than the dead time allows, or the argument is no recording.
@@ -90,7 +98,7 @@ class Measurement:
                 expected="a recording",
                 remedy="open the file first: open_recording(path)",
             )
-        screening = screened(recording)
+        screening = screened(recording, slips)
         recording = screening.recording
         scheme = scheme_of(recording.plan)
         values, variance = light_of(recording, scheme.light_weights)
@@ -108,6 +116,7 @@ class Measurement:
             frame_time_s=recording.frame_time_s,
             photon_counts=recording.photon_counts,
             findings=screening.findings,
+            slips=screening.slips,
             background_known=recording.background is not None,
         )
         return measurement.lit_by(LightModel.of(recording.light, recording.calibration, recording.plan))

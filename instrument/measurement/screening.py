@@ -13,7 +13,9 @@ from instrument.measurement.dark_frames import dark_frames
 from instrument.measurement.detector import noise_variance
 from instrument.measurement.finding import Finding
 from instrument.measurement.ripple import lamp_factor, ripples_seen
-from instrument.measurement.slips import Slips, in_step_again, moved_back, slips_of
+from instrument.measurement.slip_evidence import SlipEvidence
+from instrument.measurement.slips import Change, Segment, Slips, in_step_again, moved_back, slips_of
+from instrument.measurement.suspects import suspects
 from instrument.measurement.wild_counts import wild_counts
 from instrument.measurement.wiring import Wiring, rewired, wiring_of
 from instrument.recording import Recording
@@ -46,13 +48,21 @@ class Screened:
     findings: tuple[Finding, ...]
     """What was found."""
 
+    slips: Slips
+    """Where values stood."""
+
     inverted: Recording | None = None
     """The recording with the values of inverted pictures, whose noise those of the position patterns have; None where the
     pictures were not inverted."""
 
 
-def screened(recording: Recording) -> Screened:
-    """Find what is wrong with the counts of a recording, and mend or mask it."""
+def screened(recording: Recording, slips: Slips | None = None) -> Screened:
+    """Find what is wrong with the counts of a recording, and mend or mask it.
+
+    Args:
+        recording: as it was recorded.
+        slips: where values stand; None where the counts are to tell.
+    """
     recording = replace(recording, frame_valid=usable_frames(recording))
     scheme = scheme_of(recording.plan)
     values = np.where(recording.frame_valid[:, None], recording.values, np.nan)
@@ -69,7 +79,7 @@ def screened(recording: Recording) -> Screened:
     light = _without_flicker(_light_of_counts(recording, values), recording, scheme)
     pair = _pair(scheme)
     wild = wild_counts(light, variance, pair)
-    slips = slips_of(light, wild, variance, pair)
+    slips = slips_of(light, wild, variance, pair) if slips is None else slips
     likely, doubtful = light, slips.any and not slips.sure.any()
     if slips.any and not doubtful:  # what was wild in a place of another pattern may be none in its own
         findings += tell_slips(slips)
@@ -92,13 +102,13 @@ def screened(recording: Recording) -> Screened:
     findings += _tell_wiring(wiring, tuple(frames.tolist()), share)
     counted, values = values, rewired(values, wiring, scheme)
     if not findings:
-        return Screened(recording, ())
+        return Screened(recording, (), slips)
     valid = recording.frame_valid & np.isfinite(values).all(axis=1)
     background = None if recording.background is None else rewired(recording.background, wiring, scheme)
     kept, noisy = (np.where(recording.frame_valid[:, None], of, recording.values) for of in (values, counted))
     inverted = replace(recording, values=noisy, frame_valid=valid) if wiring == "inverted" else None
     mended = replace(recording, values=kept, frame_valid=valid, background=background)
-    return Screened(mended, tuple(findings), inverted)
+    return Screened(mended, tuple(findings), slips, inverted)
 
 
 def usable_frames(recording: Recording) -> Mask:
@@ -123,10 +133,22 @@ def slips_of_counts(values: Floats, valid: Mask, scheme: Scheme, *, photon_count
         scheme: what was shown.
         photon_counts: whether the values count photons.
     """
+    return slips_of(*_asked(values, valid, scheme, photon_counts=photon_counts))
+
+
+def suspects_of_counts(values: Floats, valid: Mask, scheme: Scheme, *, photon_counts: bool) -> tuple[Change, ...]:
+    """Find the likeliest places of one change of the shift, whether or not there is any; see ``suspects``. As above otherwise."""
+    evidence = SlipEvidence.of(*_asked(values, valid, scheme, photon_counts=photon_counts))
+    return () if evidence is None else suspects(evidence)
+
+
+def _asked(
+    values: Floats, valid: Mask, scheme: Scheme, *, photon_counts: bool
+) -> tuple[Floats, Mask, Floats, tuple[int, int] | None]:
+    """Give what ``slips_of`` asks for."""
     known = np.where(valid[:, None], values, np.nan)
     variance = _variance(values, valid, scheme, photon_counts=photon_counts)
-    wild = wild_counts(known, variance, _pair(scheme))
-    return slips_of(known, wild, variance, _pair(scheme))
+    return known, wild_counts(known, variance, _pair(scheme)), variance, _pair(scheme)
 
 
 def _pair(scheme: Scheme) -> tuple[int, int] | None:
@@ -238,7 +260,7 @@ def tell_slips(slips: Slips) -> list[Finding]:
     before = 0
     for segment in slips.segments:
         if segment.shift != before or segment.shift:
-            since = f"from pattern {segment.first_pattern} of frame {segment.first_frame} on"
+            since = f"from pattern {segment.first_pattern}{_within(segment)} of frame {segment.first_frame} on"
             since = "from the first frame on" if segment.first_frame == 0 else since
             parts.append(f"{_by(segment.shift)} {since} ({_cause(segment.shift - before)})")
         before = segment.shift
@@ -254,6 +276,12 @@ def tell_slips(slips: Slips) -> list[Finding]:
             "look at the sync line",
         )
     ]
+
+
+def _within(segment: Segment) -> str:
+    """Say which patterns it may be where they are several."""
+    first, last = segment.within or (segment.first_pattern, segment.first_pattern)
+    return "" if first == last else f" ({first} to {last})"
 
 
 def _by(shift: int) -> str:

@@ -11,6 +11,7 @@ jump. The shifts of all frames are those of the least total cost, found exactly 
 far more.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -19,7 +20,8 @@ import numpy as np
 from instrument.measurement.change_places import change_place
 from instrument.measurement.cheapest_shifts import cheapest_shifts
 from instrument.measurement.levels import Levels
-from instrument.measurement.opposites import noise_of, opposed, opposites
+from instrument.measurement.opposites import noise_of, opposites
+from instrument.measurement.slip_evidence import SlipEvidence
 from protocols import Floats, Integers, Mask
 
 _CHANGE: Final = 50.0
@@ -31,8 +33,6 @@ _ONE_MORE: Final = 40.0
 _SURE: Final = 10.0
 """Cost by which any other shift is worse where a shift is sure."""
 
-_MOST_SHIFT: Final = 3
-
 _JUMP: Final = 20.0
 """Sum of squares from which on levels jump; that of six levels in noise is 6, and 30 once in 20,000 frames."""
 
@@ -41,30 +41,6 @@ _MOST_JUMP: Final = 120.0
 
 _APART: Final = 10
 """Frames between two jumps: the frames of a line."""
-
-_AROUND: Final = 9
-"""Frames of whose values the median is taken, which a few strange ones do not move."""
-
-_LAMP: Final = 5
-"""Frames over whose total the lamp is averaged."""
-
-_DARK: Final = 0.25
-"""Share of the mean light below which a frame is dark."""
-
-_FAR: Final = 25.0
-"""Squared deviation, over the variance, beyond which a value is far off."""
-
-_PROPORTIONAL: Final = 30.0
-"""Sum of squares that noise leaves at most of a frame that is as its neighbours, but for its brightness."""
-
-_FEW: Final = 8
-"""Frames that may go with no neighbour, as a fault makes them. More are a flaw of the bench's light, or rough motion."""
-
-FEWEST_FRAMES: Final = 16
-"""Whole frames below which values cannot tell whether they slipped."""
-
-_FEWEST_COUNTS: Final = 10.0
-"""Counts of a pair below which photons are too few to tell."""
 
 
 @dataclass(frozen=True)
@@ -82,6 +58,26 @@ class Segment:
 
     first_pattern: int = 0
     """First pattern whose value is not where it was before, as far as the values tell."""
+
+    within: tuple[int, int] | None = None
+    """The first and the last pattern that it may be; None where nobody asked."""
+
+
+@dataclass(frozen=True)
+class Change:
+    """A place where the shift changes. Values are numbered as they came."""
+
+    place: int
+    """The first value that comes after it, most likely."""
+
+    first: int
+    """The first one that it may be."""
+
+    last: int
+    """The last one that it may be."""
+
+    shift: int
+    """Patterns by which values come late from there on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +105,40 @@ class Slips:
         """Whether any value slipped."""
         return any(segment.shift for segment in self.segments)
 
+    @property
+    def changes(self) -> "tuple[Change, ...]":
+        """Where the shift changes, as far as the segments say."""
+        after = zip(self.segments, self.segments[1:], strict=False)
+        places = [(new.first_pattern + old.shift, new.shift) for old, new in after]
+        return tuple(Change(place, place, place, shift) for place, shift in places)
+
+    @classmethod
+    def changing(cls, shape: tuple[int, int], start: int, changes: "Iterable[Change]") -> "Slips":
+        """Give the shifts of a run that change at known places.
+
+        Args:
+            shape: number of frames, and of patterns of each.
+            start: shift from the first frame on.
+            changes: where the shift changes, in ascending order.
+
+        Returns:
+            The shifts; frames in which a value may be of another pattern are not sure.
+        """
+        frames, per_frame = shape
+        sure = np.full(frames, True)
+        segments = [Segment(0, frames, start)]
+        for change in changes:
+            old = segments.pop()
+            # Frames before the one are of values before the change, frames from the other on of values after it.
+            before = (change.first - old.shift) // per_frame
+            after = -((change.shift - change.last) // per_frame)
+            sure[max(before, 0) : max(after, 0)] = False
+            first = min(max((change.place - old.shift) // per_frame, old.first_frame + 1), frames - 1)
+            segments.append(replace(old, end_frame=first))
+            within = change.first - old.shift, change.last - old.shift
+            segments.append(Segment(first, frames, change.shift, change.place - old.shift, within))
+        return cls(tuple(segments), sure)
+
 
 def slips_of(light: Floats, wild: Mask, variance: Floats, pair: tuple[int, int] | None) -> Slips:
     """Find the shifts of all frames.
@@ -120,25 +150,17 @@ def slips_of(light: Floats, wild: Mask, variance: Floats, pair: tuple[int, int] 
         pair: columns of a pattern and its complement, side by side; without them nothing is found.
     """
     frames, per_frame = light.shape
-    in_step = Slips.none(frames)
-    if pair is None or pair[1] != pair[0] + 1 or frames < FEWEST_FRAMES or not np.isfinite(light).any():
-        return in_step
-    total = light[:, pair[0]] + light[:, pair[1]]
-    known = total[np.isfinite(total)]
-    if not len(known) or (not variance.any() and np.median(known) < _FEWEST_COUNTS):
-        return in_step
-    light = np.where(wild & ~opposed(light), np.nan, light)
-    light = _steady(light)
-    most = min(_MOST_SHIFT, per_frame // 2)
-    has_levels = per_frame > 2  # a pair alone has none: its patterns change
-    sigma2 = noise_of(light, variance)
-    strange = _strange(light, sigma2)
-    pairs, told = opposites(light, sigma2, pair[0], most)
-    if not told:
-        return in_step
-    known = np.where(strange[:, None], np.nan, light)
-    of_column = sigma2
-    levels = Levels.of(known, sigma2)
+    evidence = SlipEvidence.of(light, wild, variance, pair)
+    if pair is None or evidence is None:
+        return Slips.none(frames)
+    known, strange, sigma2, levels, most = (
+        evidence.light,
+        evidence.strange,
+        evidence.sigma2,
+        evidence.levels,
+        evidence.most,
+    )
+    pairs, of_column, has_levels = evidence.pairs, sigma2, evidence.has_levels
     shift, margin = cheapest_shifts(pairs, has_levels * _stays(levels.jumps()), levels, _CHANGE, margins=False)
     if shift.any():
         mended = _moved(known, shift)  # a change of the shift enlarges what deviations and lines seem to vary
@@ -171,9 +193,12 @@ def slips_of(light: Floats, wild: Mask, variance: Floats, pair: tuple[int, int] 
 def in_step_again(values: Floats, slips: Slips) -> Floats:
     """Move the values back to their own patterns, ``(frames, patterns_per_frame)``; NaN where the shift is not sure.
 
-    A shift by half a frame is not moved back, as it may as well be one to the other side.
+    A shift by half a frame is not moved back unless its place was asked for, as it may as well be one to the other side.
     """
-    return _moved(values, slips.shift, slips.sure & (2 * np.abs(slips.shift) < max(values.shape[1], 3)))
+    per_frame = max(values.shape[1], 3)
+    parts = [(2 * abs(part.shift) != per_frame or part.within is not None, part) for part in slips.segments]
+    sides: Mask = np.repeat([known for known, _ in parts], [part.end_frame - part.first_frame for _, part in parts])
+    return _moved(values, slips.shift, slips.sure & sides)
 
 
 def moved_back(values: Floats, slips: Slips) -> Floats:
@@ -200,43 +225,3 @@ def _stays(jumps: Floats) -> Floats:
     around = np.lib.stride_tricks.sliding_window_view(np.pad(jumps, _APART), 2 * _APART + 1).max(axis=1)
     peak = (jumps >= around) & (jumps > _JUMP)
     return np.where(peak, np.minimum(jumps - 6, _MOST_JUMP), 0.0)
-
-
-def _steady(light: Floats) -> Floats:
-    """Light as of a lamp that does not change: any six values in a row are of as many patterns, whether they slipped or not.
-
-    Where there is hardly any, as when the object has left the field, nothing is known.
-    """
-    total = _filled(light).sum(axis=1)
-    around = np.convolve(np.pad(total, _LAMP // 2, mode="edge"), np.full(_LAMP, 1 / _LAMP), "valid")
-    mean = float(around.mean())
-    lit = around > max(_DARK * mean, 0.0)
-    return np.where(lit[:, None], light * (mean / np.where(lit, around, 1.0))[:, None], np.nan)
-
-
-def _filled(light: Floats) -> Floats:
-    """Light with values between those beside in place of each that is not known."""
-    filled = np.nan_to_num(light)
-    index = np.arange(len(light))
-    for column in np.flatnonzero(~np.isfinite(light).all(axis=0)):
-        known = np.isfinite(light[:, column])
-        if known.any():
-            filled[:, column] = np.interp(index, index[known], light[known, column])
-    return filled
-
-
-def _strange(light: Floats, sigma2: Floats) -> Mask:
-    """``(frames,)``: whether several values of a frame are far from those around, and not by the lamp; none if they are many."""
-    per_frame, filled = light.shape[1], _filled(light)
-    half = _AROUND // 2
-    padded = np.pad(filled, ((half, half), (0, 0)), mode="reflect")
-    around = np.sort(np.lib.stride_tricks.sliding_window_view(padded, _AROUND, axis=0), axis=-1)[..., half]
-    off2 = (filled - around) ** 2 / sigma2
-    strange = np.count_nonzero((off2 > _FAR) & ~opposed(light), axis=1) > per_frame // 3
-    for frame in np.flatnonzero(strange):
-        scale = float(filled[frame].sum() / around[frame].sum()) if around[frame].sum() > 0 else 1.0
-        left = (filled[frame] - scale * around[frame]) ** 2 / (sigma2[frame] * max(scale, 1.0) ** 2)
-        strange[frame] = left.sum() > _PROPORTIONAL
-    if np.count_nonzero(strange) > _FEW:
-        strange[:] = False
-    return np.asarray(strange, bool)
