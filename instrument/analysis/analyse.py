@@ -123,12 +123,6 @@ def _lit(measurement: Measurement, tracking: Tracking, normalise: Normalise) -> 
     return replace(measurement, light_found=True, normalise="frame" if normalise == "auto" else normalise)
 
 
-def _leaves(measurement: Measurement) -> Leaving | None:
-    """Find out whether the object leaves the field, and refuse a run in which it comes in."""
-    refuse_entering(measurement)
-    return leaving(measurement)
-
-
 def _refuse_tracking(tracking: Tracking, mean_filter: int | None) -> None:
     """Refuse a tracking that there is not, and a filter that the tracking does not have.
 

@@ -10,7 +10,7 @@ those that look best. One of them is believed where it explains far more, and wh
 Where none is, the contradiction is told.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Final
 
@@ -144,9 +144,23 @@ def _otherwise(
         if not (found.position_misfit > _CONTRADICT and (first := _misfit(measurement)) > _CONTRADICT):
             return None
         left = min(found.position_misfit, first) ** 2 - 1
+    likely = sorted(_explanations(measurement), key=_misfit)[:_IN_FULL]
+    return _best_of(likely, found, left, find) or _best_of(slipped_unseen(measurement, screen), found, left, find)
+
+
+def _best_of(
+    others: Iterable[Measurement], found: Found | None, left: float, find: Find
+) -> tuple[Measurement, Found] | None:
+    """Give the explanation by which least is left of the position values, if it explains far more.
+
+    Args:
+        others: the run as it would be by each.
+        found: path and image as planned; None where none were found.
+        left: squared misfit of the position values beyond that of noise, as planned.
+        find: function that finds path and image.
+    """
     best, best_left = None, np.inf
-    likely = sorted([*_explanations(measurement), *slipped_unseen(measurement, screen)], key=_misfit)
-    for other in likely[:_IN_FULL]:
+    for other in others:
         try:
             by_other = find(other)
         except _NOTHING:
