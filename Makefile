@@ -20,10 +20,10 @@ docs: .venv/ready ; $(SITE) . build/site  # pages and headings that links lead t
 docs-links: .venv/ready ; $(SITE) --builder linkcheck . build/links  # links to other sites: needs the net
 clean: ; rm -rf .venv demo build dist *.egg-info
 
+# uv takes a third of pip's time, but knows nothing of pip's settings: where it does not reach the packages, pip may.
 .venv/ready: pyproject.toml constraints.txt
 	python3 -m venv .venv
-	# uv takes a third of the time, but knows nothing of pip's settings: where it does not reach the packages, pip may.
-	($(PY) -m pip install --quiet --disable-pip-version-check --constraint constraints.txt uv && $(PY) -m uv $(PACKAGES)) || $(PY) -m $(PACKAGES)
+	$(PY) -m pip install --quiet --disable-pip-version-check --constraint constraints.txt uv && $(PY) -m uv $(PACKAGES) || $(PY) -m $(PACKAGES)
 	$(PY) -m compileall -q -j 0 -x '/(tests?|pip|mypy|networkx)/' .venv/lib || true  # not what is never imported
 	touch $@
 
