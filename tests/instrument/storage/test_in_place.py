@@ -1,5 +1,6 @@
 """A recording is finished in the file that was begun: whoever reads it keeps it, and no analysis takes it from its writer."""
 
+import errno
 import os
 import subprocess
 import sys
@@ -141,3 +142,20 @@ def test_a_recording_of_layout_1_0_is_read_as_before(tmp_path: Path) -> None:
     assert recording.frame_valid.all()
     assert recording.timing is None
     write_analysis(path, displacement_px=np.zeros((8, 2)), image=np.eye(8))
+
+
+def test_a_file_that_cannot_take_its_place_is_left_beside_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was asked for its place for the last time: what it holds is looked for there, so nothing removes it any more."""
+
+    def refuse(_part: object, *, replace: bool) -> None:
+        raise OSError(errno.EROFS, "a disk that was mounted again to be read only")
+
+    writer = RecordingWriter(tmp_path / "run.h5", PLAN, picture_time_s=50e-6)
+    monkeypatch.setattr("instrument.storage.part.Part.put_in_place", refuse)
+    with pytest.raises(OSError, match="read only"):
+        writer.append(COUNTS)
+    with pytest.raises(OSError, match="read only"):
+        writer.abandon()
+    writer.close()
+    (left,) = tmp_path.iterdir()
+    assert left.suffix == ".part"
