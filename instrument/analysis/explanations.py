@@ -166,10 +166,12 @@ def _best_of(
         except _NOTHING:
             continue
         other_left = by_other.position_misfit**2 - 1
-        far_better = other_left < min(_FAR_BETTER * left, _DOUBTED**2 - 1)
+        if not other_left < min(left, best_left, _DOUBTED**2 - 1):
+            continue
+        far_better = other_left < _FAR_BETTER * left
         as_clear = found is None or by_other.usual_misfit < found.usual_misfit + _AS_CLEAR
         far_clearer = found is not None and _squares(found) - _squares(by_other) > _FAR_CLEARER
-        if other_left < best_left and ((far_better and as_clear) or (other_left < left and far_clearer)):
+        if (far_better and as_clear) or far_clearer:
             best, best_left = (other, by_other), other_left
     return best
 
