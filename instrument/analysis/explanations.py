@@ -9,7 +9,7 @@ Such a run is looked at again as it would be were it otherwise, in each of a few
 far more.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -108,12 +108,24 @@ def _otherwise(measurement: Measurement, contradiction: float, screen: Screen) -
     """
     if not contradiction > _CONTRADICT:
         return None
-    others = (measurement, *_explanations(measurement), *slipped_unseen(measurement, screen))
-    tried = [(_misfit(other), other) for other in others]
+    tried = [(_misfit(other), other) for other in (measurement, *_explanations(measurement))]
+    best = _best(tried, contradiction)
+    if best is not None and best.scheme is not measurement.scheme:  # fringes are exchanged: no slip looks like that
+        return best
+    return _best([*tried, *((_misfit(other), other) for other in slipped_unseen(measurement, screen))], contradiction)
+
+
+def _best(tried: Sequence[tuple[float, Measurement]], contradiction: float) -> Measurement | None:
+    """Give the explanation of least misfit; None where it does not explain enough, or where that is the run as planned.
+
+    Args:
+        tried: misfit of each explanation, the run as planned first.
+        contradiction: as above.
+    """
     misfit, other = min(tried, key=lambda one: one[0])
     left = min(contradiction, tried[0][0]) ** 2 - 1
     explains = misfit**2 - 1 < max(_FAR_BETTER * left, min(_CONTRADICT**2 - 1, left / 2))
-    return other if other is not measurement and explains else None
+    return other if other is not tried[0][1] and explains else None
 
 
 def _explanations(measurement: Measurement) -> Iterator[Measurement]:
