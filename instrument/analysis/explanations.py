@@ -59,10 +59,18 @@ def explained(measurement: Measurement, find: Find, screen: Screen) -> Found:
     except InputError as error:
         refused = error
     otherwise = _otherwise(measurement, contradiction, screen)
-    if otherwise is None and found is not None and found.usual_misfit > _UNEXPLAINED:
+    if (
+        otherwise is None
+        and found is not None
+        and not contradiction > _CONTRADICT
+        and found.usual_misfit > _UNEXPLAINED
+    ):
         otherwise = slipped_for_sure(measurement, screen)
     if otherwise is not None:
-        measurement, found = otherwise, find(otherwise)
+        try:
+            measurement, found = otherwise, find(otherwise)
+        except InputError as error:
+            refused = error
     if found is None:
         assert refused is not None  # noqa: S101  (either is there)
         raise refused
@@ -112,7 +120,10 @@ def _otherwise(measurement: Measurement, contradiction: float, screen: Screen) -
     best = _best(tried, contradiction)
     if best is not None and best.scheme is not measurement.scheme:  # fringes are exchanged: no slip looks like that
         return best
-    return _best([*tried, *((_misfit(other), other) for other in slipped_unseen(measurement, screen))], contradiction)
+    slipped, sure = slipped_unseen(measurement, screen)
+    if slipped is None or sure:
+        return slipped or best
+    return _best([*tried, (_misfit(slipped), slipped)], contradiction)
 
 
 def _best(tried: Sequence[tuple[float, Measurement]], contradiction: float) -> Measurement | None:
