@@ -11,6 +11,7 @@ Where none is, the contradiction is told.
 """
 
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import replace
 from typing import Final
 
@@ -73,9 +74,11 @@ def explained(measurement: Measurement, find: Find, screen: Screen) -> Found:
     except _NOTHING as error:
         refused = error
     better = _otherwise(measurement, found, find, screen)
-    if better is None and found is not None and found.usual_misfit > _UNEXPLAINED:
+    agree = found is not None and not found.position_misfit > _CONTRADICT
+    if better is None and found is not None and agree and found.usual_misfit > _UNEXPLAINED:
         slipped = slipped_for_sure(measurement, screen)
-        better = None if slipped is None else (slipped, find(slipped))
+        with suppress(*_NOTHING):
+            better = None if slipped is None else (slipped, find(slipped))
     if better is not None:
         measurement, found = better
     if found is None:
@@ -145,7 +148,14 @@ def _otherwise(
             return None
         left = min(found.position_misfit, first) ** 2 - 1
     likely = sorted(_explanations(measurement), key=_misfit)[:_IN_FULL]
-    return _best_of(likely, found, left, find) or _best_of(slipped_unseen(measurement, screen), found, left, find)
+    best = _best_of(likely, found, left, find)
+    if best is not None and best[0].scheme is not measurement.scheme:  # fringes are exchanged: no slip looks like that
+        return best
+    slipped, sure = slipped_unseen(measurement, screen)
+    if slipped is not None and sure:
+        with suppress(*_NOTHING):
+            return slipped, find(slipped)
+    return (None if slipped is None or sure else _best_of([slipped], found, left, find)) or best
 
 
 def _best_of(

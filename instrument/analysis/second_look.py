@@ -78,23 +78,26 @@ def in_step_first(
 
 def slipped_for_sure(measurement: Measurement, screen: Screen) -> Measurement | None:
     """Give the run with the shifts that are likeliest, where path and image then explain it, and far better; else None."""
+    slipped, sure = slipped_unseen(measurement, screen)
+    return slipped if sure else None
+
+
+def slipped_unseen(measurement: Measurement, screen: Screen) -> tuple[Measurement | None, bool]:
+    """Give the run with the shifts that are likeliest, where they explain it far better than none.
+
+    Returns:
+        The run, None where no slip does; and whether path and image then explain all of it.
+    """
     best = _likeliest(measurement, screen)
-    if best is None or not best.slips.any or best.gain < _FAR_BETTER or best.cost > _EXPLAINS * measurement.values.size:
-        return None
-    return screen(best.slips)
+    if best is None or not best.slips.any or best.gain < _FAR_BETTER:
+        return None, False
+    return screen(best.slips), best.cost <= _EXPLAINS * measurement.values.size
 
 
 def _likeliest(measurement: Measurement, screen: Screen) -> Placed | None:
     """Give the likeliest shifts; None where nobody asked the counts."""
     slips = measurement.slips
     return None if slips is None else likeliest(len(slips.sure), screen, _suspects(slips, screen))
-
-
-def slipped_unseen(measurement: Measurement, screen: Screen) -> Iterator[Measurement]:
-    """Give the run with the shifts that are likeliest, where path and image say that something is wrong."""
-    best = _likeliest(measurement, screen)
-    if best is not None and best.slips.any and best.gain > _FAR_BETTER:
-        yield screen(best.slips)
 
 
 def placed_again(measurement: Measurement, found: Found, find: Find, screen: Screen) -> tuple[Measurement, Found]:
