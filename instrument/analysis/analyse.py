@@ -8,7 +8,7 @@ from typing import TypeAlias, get_args
 
 import numpy as np
 
-from instrument.analysis.causes import numbers_that_end, refuse_endless, refuse_hopeless, refuse_size
+from instrument.analysis.causes import numbers_that_end, refuse_beyond, refuse_endless, refuse_hopeless, refuse_size
 from instrument.analysis.explanations import explained
 from instrument.analysis.find import Found, find_image, find_path
 from instrument.analysis.leaving import crossing, follow
@@ -228,6 +228,7 @@ def analyse(
             def find(run: Measurement) -> Found:
                 """Find path and image."""
                 path = find_path(_lit(run, tracking, normalise), tracking, mean_filter)
+                refuse_beyond(path.measurement, path.trajectory)
                 tell("reconstructing", 1, 3)
                 return find_image(path, tracking, method, wanted, grid, shape=shape)
 

@@ -16,6 +16,15 @@ _LARGEST: Final = 1e15  # beyond, whole counts are not whole any more in double 
 _SMALLEST: Final = 1e-12
 _CERTAIN: Final = 5.0  # standard errors
 _FIRST: Final = 4  # frames
+_ROOM_PX: Final = 4
+"""Room that an object needs beside its path."""
+
+_CROSSES: Final = 0.3
+"""Change of the total light from which on an object is taken to cross the border of the field."""
+
+FEWEST_FRAMES: Final = 200
+"""Frames in which all of an object must be inside for it to be told from a lamp that changes."""
+
 _FEWEST_PHOTONS: Final = 6.0  # a frame
 
 
@@ -133,6 +142,34 @@ def _refuse_flat(measurement: Measurement) -> None:
             remedy="look for ambient light on the detector, check that the object is in the field and that the modulator "
             "shows the patterns",
         )
+
+
+def refuse_beyond(measurement: Measurement, trajectory: Trajectory | None) -> None:
+    """Refuse a path that leaves no room for an object in the field, with what makes such paths.
+
+    Raises:
+        InputError: it is as wide as the field along an axis, where there is an image to be made.
+    """
+    if trajectory is None or measurement.scheme.image_rows is None or not measurement.valid.any():
+        return
+    wide_px: Floats = np.ptp(trajectory.displacement_px[measurement.valid], axis=0)
+    size, change = measurement.plan.image_size, measurement.light_change()
+    if not wide_px.max() > size - _ROOM_PX:
+        return
+    saw = f"a path of {wide_px[0]:.0f}, {wide_px[1]:.0f} px (x, y) in a field of {size} px"
+    if change > _CROSSES:
+        raise InputError(
+            saw=f"{saw}, and light that changes by {100 * change:.0f} %",
+            expected=f"an object all of which is inside the field in {FEWEST_FRAMES} frames or more",
+            remedy="if it crosses the field, let it go more slowly, or record the frames faster; one that is larger than the "
+            "field needs optics that make it smaller on the modulator",
+        )
+    raise InputError(
+        saw=f"{saw}, though the light stays",
+        expected="an object that moves within the field",
+        remedy="raise the light if its noise is taken for motion; look for what else changes the light, for fringes that are "
+        "wired otherwise than planned, and for an object that goes more than half a fringe between two frames",
+    )
 
 
 @contextmanager

@@ -18,6 +18,12 @@ _SIGMAS: Final = 4.0
 _INSIDE: Final = 0.98
 """Share of the object that is inside the field where it stays there."""
 
+_LIT: Final = 0.25
+"""Part of the brightest pixel from which on a pixel is lit,"""
+
+_BORDER: Final = 0.1
+"""and part of a side of the image that is lit where the object reaches across it."""
+
 _MISFIT: Final = 1.5
 """Misfit above which the figures warn."""
 
@@ -47,6 +53,7 @@ def doubts_of(
     used = int(np.count_nonzero(measurement.valid))
     return (
         *_light_doubts(measurement, stays=_stays(trajectory, reconstruction)),
+        *_border_doubts(used, trajectory, reconstruction),
         *_frame_doubts(used, trajectory, reconstruction),
         *_path_doubts(measurement, trajectory),
         *(_misfit_doubts(reconstruction) if trajectory is None or used >= _FEW_FRAMES else ()),
@@ -130,6 +137,23 @@ def _frame_doubts(used: int, trajectory: Trajectory | None, reconstruction: Reco
         )
         return (why,)
     return ()
+
+
+def _border_doubts(used: int, trajectory: Trajectory | None, reconstruction: Reconstruction | None) -> tuple[str, ...]:
+    """Say that the object may be larger than the field: its image goes from one border to the other of what stays inside."""
+    if reconstruction is None or trajectory is None or used < _FEW_FRAMES:
+        return ()
+    area, image = reconstruction.region, reconstruction.at_patterns
+    part = image[area.top : area.top + area.height, area.left : area.left + area.width]
+    lit = part > _LIT * part.max()
+    left, right, top, bottom = (float(side.mean()) for side in (lit[:, 0], lit[:, -1], lit[0], lit[-1]))
+    if max(min(left, right), min(top, bottom)) < _BORDER:
+        return ()
+    why = (
+        "the image goes from border to border of what stays inside the field: of an object that is larger than the field, "
+        "neither path nor image can be trusted; make it smaller on the modulator, or record fewer frames"
+    )
+    return (why,)
 
 
 def _light_doubts(measurement: Measurement, *, stays: bool) -> tuple[str, ...]:

@@ -74,7 +74,7 @@ def explained(measurement: Measurement, find: Find, screen: Screen) -> Found:
     except _NOTHING as error:
         refused = error
     better = _otherwise(measurement, found, find, screen)
-    agree = found is not None and not found.position_misfit > _CONTRADICT
+    agree = found is not None and found.position_misfit <= _CONTRADICT
     if better is None and found is not None and agree and found.usual_misfit > _UNEXPLAINED:
         slipped = slipped_for_sure(measurement, screen)
         with suppress(*_NOTHING):

@@ -8,8 +8,11 @@ import pytest
 
 from instrument import Plan, Recording, analyse, simulate
 from instrument.analysis import Analysis
+from instrument.analysis.causes import refuse_beyond
 from instrument.config import Calibration
+from instrument.measurement import Measurement
 from instrument.plan import MotionPlan
+from instrument.tracking import as_trajectory
 from protocols import InputError
 from tests.support.calibrations import SIMULATED, displacement
 
@@ -119,3 +122,25 @@ def test_a_path_that_may_be_off_by_whole_periods_is_told() -> None:
     assert figures.sigma_px is not None
     (told,) = [doubt for doubt in figures.doubts if "fringes repeat every 32 px" in doubt]
     assert float(told.removeprefix("the displacement is known to ").split(" px")[0]) > 4
+
+
+def test_a_path_as_wide_as_the_field_is_refused_with_what_makes_such_paths() -> None:
+    """Of 64 px, it must leave 4. The light of the second run falls by 80 %."""
+    run = Measurement.of(recorded(100, noise=pixel()))
+    falling = replace(run, values=run.values * np.linspace(1.0, 0.2, 100)[:, None])
+    wide, fits = (as_trajectory(np.linspace([0.0, 0.0], [way, 1.0], 100), 100, 3e-4) for way in (60.1, 59.9))
+    with pytest.raises(InputError, match=r"a path of 60, 1 px .* though the light stays"):
+        refuse_beyond(run, wide)
+    with pytest.raises(
+        InputError, match=r"light that changes by 6. %; expected an object all of which is inside the field in 200"
+    ):
+        refuse_beyond(falling, wide)
+    refuse_beyond(run, fits)
+
+
+def test_an_image_from_border_to_border_is_doubted() -> None:
+    """A letter 90 px high and 65 wide moves by 12 px in a field of 64: none of its ends is ever inside all the time."""
+    plan = Plan(frames=300, image_size=64)
+    table = {"object": "letter-B", "object_height_px": 90, "start_px": [32.0, 32.0], "noise": pixel()}
+    found = analyse(simulate(plan, table, path=lambda time_s: np.stack([120 * time_s, 0 * time_s], axis=1)))
+    assert [doubt for doubt in found.figures.doubts if "from border to border" in doubt]
