@@ -14,7 +14,7 @@ range that was told; "in reach" are those in which the likeliest place is within
 without noise, which no method can do better than: each pattern differs from the one before by half of what photons scatter.
 "MSE" and "PSNR" are ratio and difference of the figures to those of the run without the fault, median over runs, and "of
 all" the ratio of the mean squared errors over all runs but those with bars; "s" is the mean time of both analyses, "most s"
-the longest.
+the longest. A run that is refused, with the fault or without, counts as not told.
 """
 
 import argparse
@@ -149,9 +149,9 @@ class Analysed:
         """Look at one run."""
         self.reach += in_reach(recording.values, light, lost)
         started_s = time.perf_counter()
-        clean = analyse(recording).figures
-        self.false += any("values come" in text for text in clean.found)
         try:
+            clean = analyse(recording).figures
+            self.false += any("values come" in text for text in clean.found)
             found = analyse(replace(recording, values=without(recording.values, lost)))
         except InputError:
             return
