@@ -4,7 +4,6 @@ Both move positions by an amount that follows the place of the object, too slowl
 residuals: the path agrees with them.
 """
 
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -33,19 +32,6 @@ _CHANCE: Final = 4.0
 """and what of it is taken for chance all the same."""
 
 _TINY: Final = 1e-12
-
-
-def widened(trajectory: Trajectory, beside_px2: Floats, ratio: float = 1.0) -> Trajectory:
-    """Add a variance, ``(frames, 2)``, to that of a path, and multiply the standard deviation by a ratio then."""
-    before = trajectory.sigma_px
-    sigma_px = np.sqrt(before**2 + beside_px2) * ratio
-    covariance = trajectory.covariance
-    if covariance is not None:
-        frame = covariance.frame
-        larger = sigma_px[frame] / np.maximum(before[frame], _TINY)
-        of_frames = covariance.covariance_px2 * np.einsum("ka,la->akl", larger, larger)
-        covariance = replace(covariance, covariance_px2=of_frames)
-    return replace(trajectory, sigma_px=sigma_px, covariance=covariance)
 
 
 def of_offsets(evidence: Evidence, covariance: Floats, frame: Integers, frames: int) -> Floats:
