@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.polynomial.legendre import legvander
 
 from instrument.joint.detail import Picture
 from instrument.joint.evidence import evidence_of
@@ -12,6 +13,7 @@ from instrument.joint.image_doubt import by_image_px2
 from instrument.joint.iterate import Iterate
 from instrument.joint.path_step import path_step
 from instrument.joint.prediction import Predictor
+from instrument.joint.stated import stated
 from instrument.measurement import Measurement
 from instrument.numerics import TvState
 from instrument.plan import Plan
@@ -124,3 +126,65 @@ def test_nothing_is_added_at_frame_0_nor_by_a_dark_image(iterate: Iterate) -> No
     evidence = evidence_of(problem, prediction, np.zeros(4))
     fits = path_step(evidence, problem.values.frame, iterate.trajectory).fits
     assert not by_image_px2(replace(picture, state=state), evidence, prediction, fits, FRAMES).any()
+
+
+def test_errors_drawn_and_carried_through_three_rounds_scatter_as_stated(iterate: Iterate) -> None:
+    """Noise, true image and true modes are drawn; each round finds the image along the path, and then the path with it."""
+    picture = _picture(replace(iterate, refinements=3), strength=0.5)
+    problem, frame = iterate.problem, iterate.problem.values.frame
+    prediction = Predictor.of(problem).predict(problem, picture.state.image, None)
+    evidence = evidence_of(problem, prediction, np.zeros(4))
+    fits = path_step(evidence, frame, iterate.trajectory).fits
+    stated = by_image_px2(picture, evidence, prediction, fits, FRAMES)[-1]
+
+    (cells,) = cells_of(picture)
+    modes = np.asarray(legvander(np.linspace(-1, 1, FRAMES), 7), np.float64)
+
+    def by_modes(slope: Floats) -> Floats:
+        return np.hstack([slope[:, axis, None] * modes[frame] for axis in range(2)])
+
+    rows, every = cells.rows(slice(None)).astype(np.float64), np.eye(FRAMES)
+    seen = [
+        rows,
+        *(
+            cells.of_position([view.by_offset / prediction.total[:, None]], [every], prediction).T
+            for view in evidence.axes
+        ),
+    ]
+    slopes = [by_modes(view.slope) for view in (evidence.hadamard, evidence.x.position, evidence.y.position)]
+    prior = np.zeros((16, 16))
+    prior[:8, :8], prior[8:, 8:] = (fit.precision_of(modes) for fit in fits)
+    gain = np.linalg.inv(sum((slope.T @ slope for slope in slopes), start=prior))
+    precision = cells.precision()
+    covariance = np.linalg.inv(rows.T @ rows + precision)
+
+    rng, draws = np.random.default_rng(5), 4000
+    noise = [rng.standard_normal((FRAMES, draws)) for _ in slopes]
+    own = np.linalg.cholesky(precision) @ rng.standard_normal((len(precision), draws))
+    values, vectors = np.linalg.eigh(prior)
+    pull = vectors * np.sqrt(np.maximum(values, 0)) @ rng.standard_normal((16, draws))
+    error = np.zeros((16, draws))
+    for _ in range(3):
+        image: Floats = covariance @ (rows.T @ (noise[0] - slopes[0] @ error) - own)
+        left: list[Floats] = [part - of_image @ image for part, of_image in zip(noise, seen, strict=True)]
+        error = gain @ (sum(slope.T @ part for slope, part in zip(slopes, left, strict=True)) - pull)
+    since = modes[-1] - modes[0]
+    for axis, added in enumerate(stated):
+        block = slice(8 * axis, 8 * axis + 8)
+        assert added > 0.1 * since @ gain[block, block] @ since
+        assert np.var(since @ error[block]) == pytest.approx(since @ gain[block, block] @ since + added, rel=0.08)
+
+
+def test_what_the_final_image_would_still_change_counts_and_the_path_stays(iterate: Iterate) -> None:
+    """A path that runs off by 0.4 px along x: the image asks it back, and what it asks is within sigma."""
+    wrong_px = iterate.trajectory.displacement_px + np.outer(np.linspace(0, 0.4, FRAMES), [1.0, 0.0])
+    right, wrong = (
+        stated(_picture(iterate.along(replace(iterate.trajectory, displacement_px=path_px))), fitted=False)
+        for path_px in (iterate.trajectory.displacement_px, wrong_px)
+    )
+    np.testing.assert_array_equal(wrong.displacement_px, wrong_px)
+    assert wrong.sigma_px[-1, 0] == pytest.approx(np.hypot(right.sigma_px[-1, 0], 0.4), rel=0.3)
+    assert wrong.sigma_px[-1, 1] == pytest.approx(right.sigma_px[-1, 1], rel=0.3)
+    assert wrong.covariance is not None
+    diagonal = np.diagonal(wrong.covariance.covariance_px2, axis1=1, axis2=2)
+    np.testing.assert_allclose(diagonal.T, wrong.sigma_px[wrong.covariance.frame] ** 2, rtol=1e-6)
