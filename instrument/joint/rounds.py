@@ -21,7 +21,7 @@ FEWEST_FRAMES: Final = 64
 """Frames below which an image is too poor to refine a path."""
 
 _MOST_REFINEMENTS = 8
-_STANDS_STILL = 0.21  # change of the path over its uncertainty, both rms, below which it is taken as found
+_STANDS_STILL = 0.204  # change of the path over its uncertainty, both rms, below which it is taken as found
 _ANOTHER = 1.0  # change of the shape over its uncertainty from which on the image is begun afresh
 
 
