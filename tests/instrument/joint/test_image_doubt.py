@@ -62,8 +62,12 @@ def _cells(iterate: Iterate, times: int) -> Cells:
     return replace(cells, times=times, lit=lit, image=np.zeros(lit.shape))
 
 
+@pytest.mark.parametrize("turns", [False, True])
 @pytest.mark.parametrize("times", [1, 2])
-def test_rows_are_those_of_the_solver_for_each_cell(iterate: Iterate, times: int) -> None:
+def test_rows_are_those_of_the_solver_for_each_cell(iterate: Iterate, times: int, turns: bool) -> None:  # noqa: FBT001
+    if turns:
+        path = replace(iterate.trajectory, angle_deg=np.linspace(0.0, 5.0, FRAMES), magnification=np.ones(FRAMES))
+        iterate = iterate.along(path).about(np.array([16.0, 16.0]))
     cells, (operator, _) = _cells(iterate, times), iterate.problem.hadamard()
     cell = np.zeros((SIZE, SIZE), np.float32)
     cell[6 : 6 + times, 10 : 10 + times] = 1.0
