@@ -4,7 +4,6 @@ Both move positions by an amount that follows the place of the object, too slowl
 residuals: the path agrees with them.
 """
 
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -35,29 +34,17 @@ _CHANCE: Final = 4.0
 _TINY: Final = 1e-12
 
 
-def widened(trajectory: Trajectory, beside_px2: Floats, ratio: float = 1.0) -> Trajectory:
-    """Add a variance, ``(frames, 2)``, to that of a path, and multiply the standard deviation by a ratio then."""
-    before = trajectory.sigma_px
-    sigma_px = np.sqrt(before**2 + beside_px2) * ratio
-    covariance = trajectory.covariance
-    if covariance is not None:
-        frame = covariance.frame
-        larger = sigma_px[frame] / np.maximum(before[frame], _TINY)
-        of_frames = covariance.covariance_px2 * np.einsum("ka,la->akl", larger, larger)
-        covariance = replace(covariance, covariance_px2=of_frames)
-    return replace(trajectory, sigma_px=sigma_px, covariance=covariance)
-
-
-def of_offsets(evidence: Evidence, covariance: Floats, frame: Integers, frames: int) -> Floats:
-    """``(frames, 2)``: variance of the displacements from frame 0 by the uncertainty of the position values' offsets.
+def of_offsets(evidence: Evidence, covariance: Floats, frame: Integers, path: Trajectory) -> Floats:
+    """``(frames, 2)``: variance of the displacements by the uncertainty of the position values' offsets.
 
     Args:
         evidence: what the values say of the displacement.
         covariance: ``(k, k)`` of the offsets, over the total light.
         frame: ``(rows,)`` index of each valid frame.
-        frames: of the run.
+        path: of all frames.
     """
-    found = np.zeros((frames, 2))
+    found = np.zeros((len(path), 2))
+    origin = min(int(np.searchsorted(frame, path.reference_frame)), len(frame) - 1)
     for axis, own in enumerate(evidence.axes):
         slope = own.position.slope[:, axis]
         information = sum(float(np.sum(view.slope[:, axis] ** 2)) for view in evidence.views)
@@ -66,9 +53,9 @@ def of_offsets(evidence: Evidence, covariance: Floats, frame: Integers, frames: 
         share = float(np.sum(slope**2)) / information
         least = _FLAT * float(np.sqrt(np.mean(slope**2))) + _TINY
         moved = share * own.by_offset / (np.where(slope < 0, -1, 1) * np.maximum(np.abs(slope), least))[:, None]
-        since = moved - moved[0]
+        since = moved - moved[origin]
         variance = np.maximum(np.einsum("rk,kl,rl->r", since, covariance, since), 0.0)
-        found[:, axis] = np.interp(np.arange(frames), frame, variance)
+        found[:, axis] = np.interp(np.arange(len(path)), frame, variance)
     return found
 
 

@@ -13,6 +13,7 @@ from instrument.joint.grid import grid_of
 from instrument.joint.iterate import Iterate
 from instrument.joint.lost_frame import LostFrame, lost_frame
 from instrument.joint.rounds import FEWEST_FRAMES, refined
+from instrument.joint.stated import stated
 from instrument.measurement import Measurement, first_light
 from instrument.numerics import TvState, one_blas_thread
 from instrument.reconstruction import Problem, Reconstruction, Region, solution_of
@@ -74,10 +75,9 @@ def refine(
     smoothed as far as the data allow. The final image is solved for without a warm start, as what earlier images invented with a
     worse path would persist.
 
-    The stated uncertainty is that of the smoothed path, enlarged where the image leaves slow errors in the position values: they
-    are seen in the amplitude of the signal, which no motion changes, and count in proportion to these values' share in the
-    information. Where a position has no amplitude, as a centroid, they are seen in the steps that the Hadamard values still ask
-    for. The uncertainty does not cover a bend at the ends of the run that is too weak for the data to show.
+    The stated uncertainty is that of the smoothed path, enlarged where the values show slow errors (``path_step``), by that of
+    the image, which is estimated from the same values (``image_doubt``), by what one more step with the final image would change,
+    and by that of offsets and uneven light. It does not cover a bend at the run's ends that is too weak for the data to show.
 
     Where the refined path explains the values worse than the one given, that one is kept: where the patterns are too alike, as
     in a plan that shows few of them in an unfavourable order, the image may mislead the path.
@@ -124,8 +124,9 @@ def refine(
     image = Reconstruction.of(problem, solution_of(problem, best.state), "tv")
     freedom = freedom_of(best)
     image = replace(image, misfit=freedom.misfit, unknowns=freedom.unknowns)
+    path = stated(best, fitted=fitted) if best.iterate.refinements else best.iterate.trajectory
     return Refined(
-        best.iterate.trajectory,
+        path,
         image,
         best.iterate.refinements,
         best.iterate.measurement,

@@ -84,6 +84,14 @@ class Smooth:
             total += probability * (of_spline + np.outer(deviation, deviation))
         return total
 
+    def precision_of(self, basis: Floats) -> Floats:
+        """Give the prior precision, ``(k, k)``, of coefficients of ``(n, k)`` series, for the geometric mean of the strengths."""
+        differences = np.diff(basis, self.order, axis=0)
+        logarithms = np.log([spline.strength for spline in self.splines])
+        strength = float(np.exp(np.dot(self.probabilities, logarithms)))
+        precision: Floats = strength / self.noise_variance * (differences.T @ differences)
+        return precision
+
     @property
     def order(self) -> int:
         """p: the order of the differences that are kept small."""

@@ -3,31 +3,22 @@
 import numpy as np
 import pytest
 
-from instrument.joint.doubtful import of_offsets, of_uneven_light, spread_px2, widened
+from instrument.joint.doubtful import of_offsets, of_uneven_light, spread_px2
 from instrument.joint.evidence import AxisView, Evidence, View
-from instrument.tracking import PathCovariance, Trajectory
+from instrument.tracking import Trajectory
 from protocols import Floats
 
 FRAMES = 101
 
 
-def _path(displacement_px: Floats, covariance: PathCovariance | None = None) -> Trajectory:
+def _path(displacement_px: Floats) -> Trajectory:
     sigma_px = np.full((FRAMES, 2), 0.3)
     valid = np.ones(FRAMES, np.bool_)
-    return Trajectory(displacement_px, sigma_px, 3e-4, "joint", valid, covariance=covariance)
+    return Trajectory(displacement_px, sigma_px, 3e-4, "joint", valid)
 
 
 def _along(px: float) -> Floats:
     return np.outer(np.linspace(0, 1, FRAMES), [0.6 * px, 0.8 * px])
-
-
-def test_a_variance_beside_widens_sigma_and_covariance_alike() -> None:
-    """0.3^2 + 0.4^2 = 0.5^2, twice that is 1: the covariance grows by (1 / 0.3)^2."""
-    covariance = PathCovariance(np.array([50, 100]), np.tile([[0.09, 0.03], [0.03, 0.09]], (2, 1, 1)))
-    found = widened(_path(_along(10.0), covariance), np.full((FRAMES, 2), 0.16), 2.0)
-    np.testing.assert_allclose(found.sigma_px, 1.0)
-    assert found.covariance is not None
-    np.testing.assert_allclose(found.covariance.covariance_px2, covariance.covariance_px2 / 0.09)
 
 
 def test_an_offset_moves_the_place_by_its_value_over_the_slope_as_far_as_position_patterns_tell() -> None:
@@ -38,10 +29,10 @@ def test_an_offset_moves_the_place_by_its_value_over_the_slope_as_far_as_positio
     x = AxisView(View(np.zeros(FRAMES), np.tile([2.0, 0.0], (FRAMES, 1))), by_offset, None)
     y = AxisView(View(np.zeros(FRAMES), np.tile([0.0, 2.0], (FRAMES, 1))), np.zeros((FRAMES, 4)), None)
     evidence = Evidence(x, y, View(np.zeros(FRAMES), np.ones((FRAMES, 2))), misfit=1.0)
-    found = of_offsets(evidence, np.diag([0.01**2, 1.0, 1.0, 1.0]), frame, FRAMES)
+    found = of_offsets(evidence, np.diag([0.01**2, 1.0, 1.0, 1.0]), frame, _path(_along(10.0)))
     np.testing.assert_allclose(np.sqrt(found[:, 0]), 0.8 * by_offset[:, 0] * 0.01 / 2)
     assert not found[:, 1].any()
-    assert not of_offsets(evidence, np.zeros((2, 2)), frame, FRAMES).any()
+    assert not of_offsets(evidence, np.zeros((2, 2)), frame, _path(_along(10.0))).any()
 
 
 def _gaussian(sigma_x: float, sigma_y: float) -> Floats:

@@ -138,3 +138,15 @@ def test_what_stands_in_a_gap_does_not_count() -> None:
     other[50:60] = 1e9
 
     np.testing.assert_array_equal(smooth(series, weights).values, smooth(other, weights).values)
+
+
+def test_the_prior_precision_of_a_parabola_is_that_of_its_second_differences() -> None:
+    """k^2 / 2 has the second difference 1 at each of 38 places, and a line has none: 38 times strength over noise."""
+    rng = np.random.default_rng(4)
+    steps = np.arange(40.0)
+    fit = smooth(steps + rng.standard_normal(40), np.ones(40), orders=(2,))
+    weights = np.array(fit.probabilities)
+    strength = np.prod(np.array([spline.strength for spline in fit.splines]) ** weights)
+    basis = np.stack([steps, steps**2 / 2], axis=1)
+    expected = [[0, 0], [0, 38 * strength / fit.noise_variance]]
+    np.testing.assert_allclose(fit.precision_of(basis), expected, rtol=1e-9, atol=1e-6 * strength)
