@@ -63,18 +63,24 @@ def doubts_of(
 
 def _path_doubts(measurement: Measurement, trajectory: Trajectory | None) -> tuple[str, ...]:
     """Say where the values leave the displacement open."""
+    sigma_px = vague_px(measurement, trajectory)
     position = measurement.scheme.position
-    if trajectory is None or position is None or position.period_px is None or np.count_nonzero(measurement.valid) < 2:
-        return ()
-    known = trajectory.sigma_px[measurement.valid]
-    sigma_px = float(np.median(known.max(axis=1)))
-    if not sigma_px > _VAGUE * position.period_px:
+    if sigma_px is None or position is None:
         return ()
     vague = (
         f"the displacement is known to {sigma_px:.3g} px only, and fringes repeat every {position.period_px:.3g} px, so that the "
         "path may be off by whole periods: take more light, or more frames"
     )
     return (vague,)
+
+
+def vague_px(measurement: Measurement, trajectory: Trajectory | None) -> float | None:
+    """Give the uncertainty of a path that may be off by whole periods of the fringes; None where it is not so large."""
+    position = measurement.scheme.position
+    if trajectory is None or position is None or position.period_px is None or np.count_nonzero(measurement.valid) < 2:
+        return None
+    sigma_px = float(np.median(trajectory.sigma_px[measurement.valid].max(axis=1)))
+    return sigma_px if _VAGUE * position.period_px < sigma_px < np.inf else None
 
 
 def _moment_doubts(measurement: Measurement) -> tuple[str, ...]:

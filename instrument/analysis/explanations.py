@@ -17,6 +17,7 @@ from typing import Final
 
 import numpy as np
 
+from instrument.analysis.doubts import vague_px
 from instrument.analysis.find import Found
 from instrument.analysis.second_look import Find, Screen, placed_again, slipped_for_sure, slipped_unseen
 from instrument.joint import position_misfit
@@ -73,6 +74,7 @@ def explained(measurement: Measurement, find: Find, screen: Screen) -> Found:
         found = find(measurement)
     except _NOTHING as error:
         refused = error
+    as_planned = found
     better = _otherwise(measurement, found, find, screen)
     agree = found is not None and found.position_misfit <= _CONTRADICT
     if better is None and found is not None and agree and found.usual_misfit > _UNEXPLAINED:
@@ -85,7 +87,10 @@ def explained(measurement: Measurement, find: Find, screen: Screen) -> Found:
         assert refused is not None  # noqa: S101  (either is there)
         raise refused
     measurement, found = placed_again(measurement, found, find, screen)
-    return _doubted(_without_lost_frames(measurement, found, find))
+    found = _without_lost_frames(measurement, found, find)
+    if as_planned is not None and vague_px(found.measurement, found.trajectory) is not None:
+        found = as_planned  # nothing is believed by which the path may be off by whole periods
+    return _doubted(found)
 
 
 def _doubted(found: Found) -> Found:

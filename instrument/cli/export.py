@@ -58,6 +58,8 @@ def arrays_of(file: Path) -> "dict[str, Floats | Mask]":
     """
     from dataclasses import fields
 
+    import numpy as np
+
     from instrument.storage import open_recording, stored_analysis
 
     recording, analysis = open_recording(file), stored_analysis(file)
@@ -68,7 +70,7 @@ def arrays_of(file: Path) -> "dict[str, Floats | Mask]":
         arrays["edge_time_s"] = recording.edge_time_s
     if analysis is not None:
         found = {field.name: getattr(analysis, field.name) for field in fields(analysis)}
-        arrays |= {name: array for name, array in found.items() if array is not None and name != "time_s"}
+        arrays |= {name: np.asarray(of) for name, of in found.items() if of is not None and name != "time_s"}
     if recording.truth is not None:
         arrays |= {"truth_displacement_px": recording.truth.displacement_px, "truth_image": recording.truth.image}
     return arrays
@@ -82,7 +84,7 @@ def _write_csv(arrays: "dict[str, Floats | Mask]", _file: Path, place: Path) -> 
     columns: dict[str, list[object]] = {}
     frames = len(arrays["time_s"])
     for name, array in arrays.items():
-        if len(array) != frames or "image" in name or name in {"edge_time_s", "still"}:
+        if array.ndim == 0 or len(array) != frames or "image" in name or name in {"edge_time_s", "still"}:
             continue
         if array.ndim == 1:
             columns[name] = array.tolist()

@@ -21,8 +21,8 @@ axis_angle_deg = 40.0
 start_px = [7.3, 8.1]
 blur_px = 0.5
 fresh_noise = true
-noise = { kind = "poisson", peak_counts = 3000, seed = 5 }"""
-"""A bench on which a displacement is measured: 2 px/mm at 40 degrees, and the light of 3,000 counts a pattern."""
+noise = { kind = "poisson", peak_counts = 6000, seed = 5 }"""
+"""A bench on which a displacement is measured: 2 px/mm at 40 degrees, and the light of 6,000 counts of an all-on pattern."""
 
 
 def displacement(
