@@ -136,9 +136,7 @@ def test_a_contradiction_that_nothing_explains_is_told(recording: Recording) -> 
         {"object": "letter-B", "object_height_px": 18, "start_px": [24.4, 29.7], "noise": {"kind": "none"}},
         path=lambda time_s: path(time_s) * [-0.5, 1.0],
     )
-    photons: Floats = np.random.default_rng(2).poisson(
-        back.values * recording.values[:, 4:].sum() / back.values[:, 4:].sum()
-    )
+    light: Floats = back.values * recording.values[:, 4:].sum() / back.values[:, 4:].sum()
     values = recording.values.copy()
     values[:, :2] = np.random.default_rng(2).poisson(light[:, :2])
     found = analyse(replace(recording, values=values))
