@@ -87,7 +87,8 @@ def explained(measurement: Measurement, find: Find, screen: Screen) -> Found:
         assert refused is not None  # noqa: S101  (either is there)
         raise refused
     measurement, found = placed_again(measurement, found, find, screen)
-    found = _without_lost_frames(measurement, found, find)
+    if not found.position_misfit > _DOUBTED:
+        found = _without_lost_frames(measurement, found, find)
     if as_planned is not None and vague_px(found.measurement, found.trajectory) is not None:
         found = as_planned  # nothing is believed by which the path may be off by whole periods
     return _doubted(found)
