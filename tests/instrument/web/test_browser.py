@@ -123,6 +123,7 @@ def test_a_run_is_watched_reloaded_in_its_midst_and_stopped(midst: Midst, tab: A
         assert tab.evaluate("kinopix.points") == 333
         assert tab.locator("#path").get_attribute("aria-label").startswith("Displacement after 333 frames: x ")
         tab.reload()
+    wait_for_text(tab, "#state", "running")
     assert [tab.locator(f"[data-wish={wish}]").is_enabled() for wish in ("check", "start", "stop", "home")] == [
         False,
         False,
