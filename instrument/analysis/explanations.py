@@ -22,7 +22,7 @@ from instrument.analysis.find import Found
 from instrument.analysis.second_look import Find, Screen, placed_again, slipped_for_sure, slipped_unseen
 from instrument.joint import position_misfit
 from instrument.measurement import Finding, Measurement, after_lost_frame, by_patterns, first_light
-from instrument.schemes import exchanges
+from instrument.schemes import AXES_EXCHANGED, exchanges
 from instrument.tracking import track
 from protocols import InputError
 
@@ -32,6 +32,9 @@ _NOTHING: Final = (InputError, np.linalg.LinAlgError)
 _CONTRADICT: Final = 1.1
 """Misfit of the position values above which they may contradict the image: at 50 counts of an all-on pattern, healthy runs had
 up to 1.12, and fringes that were exchanged 1.14 or more."""
+
+_BLURRED: Final = 1.03
+"""Misfit of the Hadamard values above which the image may be blurred by the path of the other axis."""
 
 _IN_FULL: Final = 2
 """Explanations, the likeliest ones, along which path and image are found in full."""
@@ -150,9 +153,12 @@ def _otherwise(
     """
     left = np.inf
     if found is not None:
-        if not (found.position_misfit > _CONTRADICT and (first := _misfit(measurement)) > _CONTRADICT):
-            return None
-        left = min(found.position_misfit, first) ** 2 - 1
+        left = found.position_misfit**2 - 1
+        if not found.position_misfit > _CONTRADICT or not (first := _misfit(measurement)) > _CONTRADICT:
+            return (
+                _axes_exchanged(measurement, found, find) if left < np.inf and found.usual_misfit > _BLURRED else None
+            )
+        left = min(left, first**2 - 1)
     likely = sorted(_explanations(measurement), key=_misfit)[:_IN_FULL]
     best = _best_of(likely, found, left, find)
     if best is not None and best[0].scheme is not measurement.scheme:  # fringes are exchanged: no slip looks like that
@@ -162,6 +168,16 @@ def _otherwise(
         with suppress(*_NOTHING):
             return slipped, find(slipped)
     return (None if slipped is None or sure else _best_of([slipped], found, left, find)) or best
+
+
+def _axes_exchanged(measurement: Measurement, found: Found, find: Find) -> tuple[Measurement, Found] | None:
+    """Give the run with the axes exchanged, if position values and image agree by that too, and the image is far clearer."""
+    likely = (
+        other
+        for other in _explanations(measurement)
+        if other.findings and other.findings[-1].text == AXES_EXCHANGED and _misfit(other) < _CONTRADICT
+    )
+    return _best_of(likely, found, found.position_misfit**2 - 1, find)
 
 
 def _best_of(
@@ -175,16 +191,16 @@ def _best_of(
         left: squared misfit of the position values beyond that of noise, as planned.
         find: function that finds path and image.
     """
-    best, best_left = None, np.inf
+    best, best_left, agreeing = None, np.inf, _CONTRADICT**2 - 1
     for other in others:
         try:
             by_other = find(other)
         except _NOTHING:
             continue
         other_left = by_other.position_misfit**2 - 1
-        if not other_left < min(left, best_left, _DOUBTED**2 - 1):
+        if not other_left < min(max(left, agreeing), best_left, _DOUBTED**2 - 1):
             continue
-        far_better = other_left < _FAR_BETTER * left
+        far_better = left > agreeing and other_left < _FAR_BETTER * left
         as_clear = found is None or by_other.usual_misfit < found.usual_misfit + _AS_CLEAR
         far_clearer = found is not None and _squares(found) - _squares(by_other) > _FAR_CLEARER
         if (far_better and as_clear) or far_clearer:

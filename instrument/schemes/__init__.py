@@ -2,7 +2,7 @@
 
 from instrument.config import SchemePlugin, SchemeSettings
 from instrument.schemes.columns import Axis, Column, Role, in_play_order
-from instrument.schemes.exchanged import exchanges
+from instrument.schemes.exchanged import AXES_EXCHANGED, exchanges
 from instrument.schemes.fourier_hadamard import FourierHadamard, FourierHadamardSettings
 from instrument.schemes.fringes import FringeSettings, fringe_patterns
 from instrument.schemes.hadamard_pairs import DitheredSettings, HadamardSettings, hadamard_rows, pair_light, sequence_of
@@ -15,6 +15,7 @@ from instrument.schemes.select import scheme_of
 from instrument.schemes.turn import TurnReading
 
 __all__ = [
+    "AXES_EXCHANGED",
     "Axis",
     "Column",
     "DitheredSettings",

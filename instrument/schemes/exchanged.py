@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import Final
 
 import numpy as np
 
@@ -9,6 +10,9 @@ from instrument.schemes.columns import Column
 from instrument.schemes.reading import PositionReading, fourier_reading
 from instrument.schemes.scheme import ImageRows, Scheme
 from protocols import Bytes, Floats, PatternSequence
+
+AXES_EXCHANGED: Final = "the fringes along x and y are exchanged"
+"""Name of the way of wiring by which the position values of an object near the field's diagonal stay those of its image."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +108,7 @@ def exchanges(scheme: Scheme) -> dict[str, Exchanged]:
         for axis, is_reversed in enumerate(reversed_axes):
             shown = reading.columns[1 - axis if swapped else axis]
             order[reading.columns[axis]] = shown[::-1] if is_reversed else shown
-        names = ["the fringes along x and y are exchanged"] if swapped else []
+        names = [AXES_EXCHANGED] if swapped else []
         which = [name for name, is_reversed in zip("xy", reversed_axes, strict=True) if is_reversed]
         names += [f"phases in the place of {' and '.join(which)} come in the reverse order"] if which else []
         if names:

@@ -68,6 +68,23 @@ def test_fringes_that_are_wired_otherwise_are_named_and_taken_so(
     np.testing.assert_allclose(found.trajectory.displacement_px, planned.trajectory.displacement_px, atol=0.1)
 
 
+@pytest.mark.thorough
+def test_axes_exchanged_near_the_diagonal_are_told_by_the_image_alone() -> None:
+    """An aeroplane near the diagonal goes 6 px along x and 15 along y: its position values stay those of its blurred image."""
+    plan = Plan(frames=1666)
+    noise = {"kind": "poisson", "peak_counts": 50.0, "seed": 4}
+    way_px_s = np.array([5.6, 15.1]) / plan.run_time_s
+    run = simulate(
+        plan,
+        {"object": "plane", "start_px": [34.8, 30.5], "noise": noise},
+        path=lambda time_s: np.multiply.outer(time_s, way_px_s),
+    )
+    found = analyse(replace(run, values=run.values[:, [2, 3, 0, 1, 4, 5]])).figures
+    assert found.found == ("the fringes along x and y are exchanged",)
+    assert found.displacement_mse_px2 is not None
+    assert found.displacement_mse_px2 < 0.1
+
+
 @pytest.mark.parametrize("lost", [pytest.param(40, marks=pytest.mark.thorough), 250])
 def test_a_frame_that_was_lost_is_named_and_what_follows_moved_back(
     recording: Recording, planned: Analysis, lost: int
