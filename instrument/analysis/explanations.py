@@ -92,9 +92,15 @@ def explained(measurement: Measurement, find: Find, screen: Screen) -> Found:
     measurement, found = placed_again(measurement, found, find, screen)
     if not found.position_misfit > _DOUBTED:
         found = _without_lost_frames(measurement, found, find)
-    if as_planned is not None and vague_px(found.measurement, found.trajectory) is not None:
-        found = as_planned  # nothing is believed by which the path may be off by whole periods
+    if as_planned is not None and _vaguer(found, as_planned):
+        found = as_planned
     return _doubted(found)
+
+
+def _vaguer(found: Found, as_planned: Found) -> bool:
+    """Whether a path may be off by whole periods, and by more than the one as planned: what led to it is not believed."""
+    of_found, before = (vague_px(one.measurement, one.trajectory) for one in (found, as_planned))
+    return of_found is not None and found is not as_planned and (before is None or before < of_found)
 
 
 def _doubted(found: Found) -> Found:
@@ -164,10 +170,12 @@ def _otherwise(
     if best is not None and best[0].scheme is not measurement.scheme:  # fringes are exchanged: no slip looks like that
         return best
     slipped, sure = slipped_unseen(measurement, screen)
-    if slipped is not None and sure:
+    by_slip: tuple[Measurement, Found] | None = None
+    if slipped is not None:
         with suppress(*_NOTHING):
-            return slipped, find(slipped)
-    return (None if slipped is None or sure else _best_of([slipped], found, left, find)) or best
+            by_slip = (slipped, find(slipped)) if sure else _best_of([slipped], found, left, find)
+    known = (one for one in (best, by_slip) if one is not None)
+    return min(known, key=lambda one: one[1].position_misfit, default=None)
 
 
 def _axes_exchanged(measurement: Measurement, found: Found, find: Find) -> tuple[Measurement, Found] | None:
