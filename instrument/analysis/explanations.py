@@ -52,7 +52,10 @@ _FAR_CLEARER: Final = 50.0
 """Fall of the sum of squares of the Hadamard values from which on the image alone says so."""
 
 _UNEXPLAINED: Final = 1.1
-"""Misfit of the Hadamard values above which values may have slipped though the position values agree with the image."""
+"""Misfit of the Hadamard values above which values may have slipped though the position values agree with the image,"""
+
+_BRIGHT: Final = 10.0
+"""and above which there is so much light that the counts themselves tell every slip."""
 
 _BETTER: Final = 25.0
 """Fall of the sum of squares of the Hadamard values from which on a lost frame is believed: without one it rises."""
@@ -80,7 +83,7 @@ def explained(measurement: Measurement, find: Find, screen: Screen) -> Found:
     as_planned = found
     better = _otherwise(measurement, found, find, screen)
     agree = found is not None and found.position_misfit <= _CONTRADICT
-    if better is None and found is not None and agree and found.usual_misfit > _UNEXPLAINED:
+    if better is None and found is not None and agree and _UNEXPLAINED < found.usual_misfit < _BRIGHT:
         slipped = slipped_for_sure(measurement, screen)
         with suppress(*_NOTHING):
             better = None if slipped is None else (slipped, find(slipped))

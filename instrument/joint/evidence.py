@@ -103,7 +103,7 @@ def evidence_of(problem: Problem, prediction: Prediction, offset: Floats) -> Evi
     sigma = problem.values.difference_sigma
     of_difference = (problem.values.difference - prediction.difference) / sigma
     signal = prediction.values - prediction.total[:, None] / 2
-    allowed = prediction.variance + (_OF_IMAGE * signal) ** 2 + _TINY
+    allowed = prediction.variance + _OF_IMAGE**2 * np.mean(signal**2, axis=1, keepdims=True) + _TINY
     misfit = float(np.sqrt(np.mean(residual**2 / allowed, axis=0).max()))
     return Evidence(x, y, View(of_difference, prediction.difference_slopes / sigma[:, None]), misfit)
 

@@ -51,6 +51,7 @@ def test_an_hour_at_the_bench() -> None:
     assert leak.value == pytest.approx(0.0825, abs=4 * leak.sigma)
 
 
+@pytest.mark.thorough
 def test_how_sure_is_it() -> None:
     """Of normal errors 68 and 95 % lie within one and two standard deviations; six runs scatter by some 15 %."""
     names = run("how_sure_is_it")
