@@ -20,7 +20,7 @@ import numpy as np
 from instrument.analysis.doubts import vague_px
 from instrument.analysis.find import Found
 from instrument.analysis.second_look import Find, Screen, placed_again, slipped_for_sure, slipped_unseen
-from instrument.joint import position_misfit
+from instrument.joint import CONTRADICTS, position_misfit
 from instrument.measurement import Finding, Measurement, after_lost_frame, by_patterns, first_light
 from instrument.schemes import AXES_EXCHANGED, exchanges
 from instrument.tracking import track
@@ -42,8 +42,8 @@ _IN_FULL: Final = 2
 _FAR_BETTER: Final = 0.5
 """What an explanation may leave of the squared misfit beyond that of noise, over what is left without it."""
 
-_DOUBTED: Final = 1.5
-"""Misfit above which position values and image still contradict each other: no explanation leaves more, and a run is told."""
+_AS_LIKELY: Final = 2.0
+"""Squared misfit beyond that of noise, over that of the likeliest one, up to which another looks as likely."""
 
 _AS_CLEAR: Final = 0.02
 """Misfit of the Hadamard values by which the image may be worse all the same: the path of wrong fringes blurs it."""
@@ -93,8 +93,7 @@ def explained(measurement: Measurement, find: Find, screen: Screen) -> Found:
         assert refused is not None  # noqa: S101  (either is there)
         raise refused
     measurement, found = placed_again(measurement, found, find, screen)
-    if not found.position_misfit > _DOUBTED:
-        found = _without_lost_frames(measurement, found, find)
+    found = _without_lost_frames(measurement, found, find)
     if as_planned is not None and _vaguer(found, as_planned):
         found = as_planned
     return _doubted(found)
@@ -109,7 +108,7 @@ def _vaguer(found: Found, as_planned: Found) -> bool:
 def _doubted(found: Found) -> Found:
     """Say where position values and image still contradict each other."""
     misfit = found.position_misfit
-    if not misfit > _DOUBTED:
+    if not misfit > CONTRADICTS:
         return found
     text = "the position values are not those of the image's object"
     why = (
@@ -160,7 +159,7 @@ def _otherwise(
         find: function that finds path and image.
         screen: function that gives the run whose values came by some shifts.
     """
-    left = np.inf
+    left, first = np.inf, np.inf
     if found is not None:
         left = found.position_misfit**2 - 1
         if not found.position_misfit > _CONTRADICT or not (first := _misfit(measurement)) > _CONTRADICT:
@@ -168,8 +167,7 @@ def _otherwise(
                 _axes_exchanged(measurement, found, find) if left < np.inf and found.usual_misfit > _BLURRED else None
             )
         left = min(left, first**2 - 1)
-    likely = sorted(_explanations(measurement), key=_misfit)[:_IN_FULL]
-    best = _best_of(likely, found, left, find)
+    best = _best_of(_likely(measurement, first), found, left, find)
     if best is not None and best[0].scheme is not measurement.scheme:  # fringes are exchanged: no slip looks like that
         return best
     slipped, sure = slipped_unseen(measurement, screen)
@@ -179,6 +177,18 @@ def _otherwise(
             by_slip = (slipped, find(slipped)) if sure else _best_of([slipped], found, left, find)
     known = (one for one in (best, by_slip) if one is not None)
     return min(known, key=lambda one: one[1].position_misfit, default=None)
+
+
+def _likely(measurement: Measurement, first: float) -> list[Measurement]:
+    """Give the explanations that look likeliest: few, and none that explains less than the run as planned.
+
+    Args:
+        measurement: as planned.
+        first: misfit of its position values at a quick look; infinite where nothing was found.
+    """
+    looked_at = sorted((_misfit(other), k, other) for k, other in enumerate(_explanations(measurement)))[:_IN_FULL]
+    most = _AS_LIKELY * max(looked_at[0][0] ** 2 - 1, _CONTRADICT**2 - 1)
+    return [other for misfit, _, other in looked_at if misfit < first and misfit**2 - 1 <= most]
 
 
 def _axes_exchanged(measurement: Measurement, found: Found, find: Find) -> tuple[Measurement, Found] | None:
@@ -209,7 +219,7 @@ def _best_of(
         except _NOTHING:
             continue
         other_left = by_other.position_misfit**2 - 1
-        if not other_left < min(max(left, agreeing), best_left, _DOUBTED**2 - 1):
+        if not other_left < min(max(left, agreeing), best_left, CONTRADICTS**2 - 1):
             continue
         far_better = left > agreeing and other_left < _FAR_BETTER * left
         as_clear = found is None or by_other.usual_misfit < found.usual_misfit + _AS_CLEAR

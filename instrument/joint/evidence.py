@@ -5,6 +5,7 @@ the derivative of the prediction by the displacement, both in units of the noise
 """
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -13,9 +14,13 @@ from instrument.reconstruction import Problem
 from instrument.schemes import PositionReading, position_of
 from protocols import Floats, Integers
 
-_TINY = 1e-12
-_OF_IMAGE = 0.2
+_TINY: Final = 1e-12
+
+_OF_IMAGE: Final = 0.2
 """Error of the fringes' signal, over its rms, that the image of few patterns makes: not more than that is a contradiction."""
+
+CONTRADICTS: Final = 1.5
+"""Misfit of the position values above which they and the image contradict each other, whatever else may be."""
 
 
 @dataclass(frozen=True, eq=False)

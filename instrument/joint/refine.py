@@ -8,11 +8,12 @@ from instrument.choices import Background, Shape
 from instrument.joint.background import background_of
 from instrument.joint.changing import changing
 from instrument.joint.detail import Picture, in_detail
+from instrument.joint.evidence import CONTRADICTS
 from instrument.joint.freedom import freedom_of
 from instrument.joint.grid import grid_of
 from instrument.joint.iterate import Iterate
 from instrument.joint.lost_frame import LostFrame, lost_frame
-from instrument.joint.rounds import FEWEST_FRAMES, refined
+from instrument.joint.rounds import FEWEST_FRAMES, Refinement, refined
 from instrument.joint.stated import stated
 from instrument.measurement import Measurement, first_light
 from instrument.numerics import TvState, one_blas_thread
@@ -52,7 +53,7 @@ class Refined:
     """Misfit of the image with the usual smoothing on the patterns' grid, before detail is looked for."""
 
     lost_frame: LostFrame | None = None
-    """A frame that may be lost, as the image says; None where none is."""
+    """A frame that may be lost, as the image says; None where none is, or where position values and image contradict each other."""
 
 
 @one_blas_thread()
@@ -132,5 +133,12 @@ def refine(
         best.iterate.measurement,
         refinement.position_misfit,
         refinement.misfit,
-        None if refinement.state is None else lost_frame(refinement.iterate.problem, refinement.state),
+        _lost_frame(refinement),
     )
+
+
+def _lost_frame(refinement: Refinement) -> LostFrame | None:
+    """Look for a frame that was lost, where path and image agree."""
+    if refinement.state is None or refinement.position_misfit > CONTRADICTS:
+        return None
+    return lost_frame(refinement.iterate.problem, refinement.state)
