@@ -53,7 +53,7 @@ class Refined:
     """Misfit of the image with the usual smoothing on the patterns' grid, before detail is looked for."""
 
     lost_frame: LostFrame | None = None
-    """A frame that may be lost, as the image says; None where none is, or where position values and image contradict each other."""
+    """A frame that may be lost, as the image says; None where none is, or where position and image contradict each other."""
 
 
 @one_blas_thread()
