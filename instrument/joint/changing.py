@@ -21,9 +21,9 @@ from instrument.reconstruction import Region, binned
 from instrument.tracking import Trajectory
 from protocols import Floats, Singles
 
-_NOTICED: Final = 20.0
-"""Chi-square of two degrees of freedom from which on a change is looked into: chance reaches it in one run of 20,000. Rigid
-objects leave 0 to 6; 3 degrees or 3 % at a noise of 0.1, 27 and more."""
+_NOTICED: Final = 14.0
+"""Chi-square of two degrees of freedom from which on a change is looked into: chance reaches it in one run of 1,100. Rigid
+objects left 0 to 6; 3 degrees at a noise of 0.1, 20 to 61."""
 
 _BELIEVED: Final = 12.0
 """Fall of the sum of squared residuals, over the noise, from which on it is believed."""
