@@ -1,14 +1,13 @@
 """Whether runs whose patterns are not where they were planned are named by their cause, and mended.
 
 ``python -m benchmarks.contradictions [--runs 50] [--counts 50] [--flaws]``, from the repository's root. Runs are those of
-``benchmarks.doubt``, without edge times. "named" are runs with the right cause among what the analysis tells, "mended" those
+``benchmarks.drawn_runs``. "named" are runs with the right cause among what the analysis tells, "mended" those
 whose path is within twice the squared error of the run as planned (or 0.05 px^2) and whose image is within 1 dB of it; "s" is
 the mean time of an analysis. A lost frame is drawn from the first two thirds of the run; "placed" are those that the range told
 holds. Axes are exchanged in runs 10 degrees and more off the field's diagonal, along which both say the same. Mirrored and turned
 images are not here: that takes a stage and its calibration, and is exact (see the tests).
 """
 
-import argparse
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -16,7 +15,7 @@ from typing import Final
 
 import numpy as np
 
-from benchmarks.doubt import FRAMES, recorded
+from benchmarks.drawn_runs import FRAMES, against_truth, options, recorded, seeds
 from instrument import Analysis, Recording, analyse
 from protocols import Floats, InputError
 
@@ -94,29 +93,20 @@ class Line:
         self.named += (
             bool(told) if kind.words else not [text for text in own if "inverts" not in text and "wild" not in text]
         )
-        before = planned.figures
-        assert found.displacement_mse_px2 is not None  # noqa: S101  (a simulated run has a truth)
-        assert before.displacement_mse_px2 is not None  # noqa: S101
-        assert found.psnr_db is not None  # noqa: S101
-        assert before.psnr_db is not None  # noqa: S101
-        near = found.displacement_mse_px2 < max(2 * before.displacement_mse_px2, 0.05)
-        self.mended += near and found.psnr_db > before.psnr_db - 1
+        (mse, psnr_db), (mse_before, psnr_db_before) = against_truth(found), against_truth(planned.figures)
+        self.mended += mse < max(2 * mse_before, 0.05) and psnr_db > psnr_db_before - 1
         numbers = [int(word) for text in told for word in text.split() if word.isdigit()]
         self.placed += bool(numbers) and min(numbers) <= lost + 1 and lost - 1 <= max(numbers)
 
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--runs", type=int, default=50, help="runs of each kind")
-    parser.add_argument("--first", type=int, default=0, help="first seed")
+    parser = options(__doc__)
     parser.add_argument("--counts", type=float, default=50.0, help="counts of an all-on pattern")
     parser.add_argument("--flaws", action="store_true", help="on benches with flaws drawn at random")
     arguments = parser.parse_args()
-    runs: int = arguments.runs
-    first: int = arguments.first
     lines = {name: Line() for name in KINDS}
-    for seed in range(first, first + runs):
+    for seed in seeds(arguments):
         rng = np.random.default_rng([13, seed])
         run = recorded(rng, arguments.counts, ideal=not arguments.flaws)
         lost = int(rng.integers(3, 2 * FRAMES // 3))

@@ -1,8 +1,6 @@
 """Whether slips are told, placed and mended, and whether any is seen where there is none: ``python -m benchmarks.doubt``.
 
-``[--runs 50] [--counts 50 280] [--analysed]``. Runs of 1,666 frames and 128 x 128 pixels without edge times, of an object, a
-place, a direction and a travel of 10 to 60 px drawn at random. Benches are ideal, or have mirrors that leak, edges that lose
-light, ambient light, a lamp that flickers and inverted mirrors, each by chance. Each run is looked at as it is, with all
+``[--runs 50] [--counts 50 280] [--analysed]``. Runs are those of ``benchmarks.drawn_runs``. Each is looked at as it is, with all
 values one pattern late and early, and with one value lost at a place drawn at random. "false" are runs without a fault in
 which a slip was found or a frame masked for one; "placed" are those in which the lost value was told to 3 patterns; "kept"
 is the median share of frames that stay valid; "wrong" are frames of all runs that are valid and hold a value of another
@@ -17,60 +15,20 @@ all" the ratio of the mean squared errors over all runs but those with bars; "s"
 the longest. A run that is refused, with the fault or without, counts as not told.
 """
 
-import argparse
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
-from instrument import Plan, Recording, analyse, simulate
+from benchmarks.drawn_runs import against_truth, options, recorded, seeds, with_its_light
+from instrument import Recording, analyse
 from instrument.measurement import Slips, cheapest_place, in_step_again, slips_of_counts
 from instrument.schemes import scheme_of
 from protocols import Floats, InputError
 
-FRAMES: Final = 1666
-OBJECTS: Final = ("letter-B", "letter-B", "plane", "bars", "ring")
 COUNTS: Final = (50, 100, 280, 1000, 4000)
-
-
-def bench(rng: np.random.Generator) -> dict[str, Any]:
-    """Draw the flaws of a bench."""
-    flaws: dict[str, Any] = {
-        "mirror_transition_s": float(rng.choice([2e-6, 4e-6, 12.5e-6])),
-        "edge_loss": float(rng.choice([0.01, 0.02, 0.05, 0.1])),
-        "ambient_level": float(rng.uniform(0, 0.3)),
-        "led_flicker": float(rng.uniform(0, 0.2)),
-        "mirrors_inverted": True,
-    }
-    return {name: value for name, value in flaws.items() if rng.random() < 0.5}
-
-
-def recorded(rng: np.random.Generator, counts: float, *, ideal: bool) -> Recording:
-    """Record one run."""
-    return with_its_light(rng, counts, ideal=ideal)[0]
-
-
-def with_its_light(
-    rng: np.random.Generator, counts: float, *, ideal: bool, lit: bool = False
-) -> tuple[Recording, Floats | None, str]:
-    """Record one run; with the values that it has without noise, in some unit, if asked for, and the object's name."""
-    plan = Plan(frames=FRAMES)
-    angle = np.pi / 4 if rng.random() < 0.4 else float(rng.uniform(0, np.pi / 2))
-    speed_px_s = float(rng.uniform(10, 60)) / plan.run_time_s * np.array([np.cos(angle), np.sin(angle)])
-    scene: dict[str, Any] = {
-        "object": str(rng.choice(OBJECTS)),
-        "start_px": rng.uniform(28, 40, 2).tolist(),
-        "noise": {"kind": "poisson", "peak_counts": float(counts), "seed": int(rng.integers(1 << 30))},
-        **({} if ideal else bench(rng)),
-    }
-
-    def path(time_s: Floats) -> Floats:
-        return np.multiply.outer(time_s, speed_px_s)
-
-    light = simulate(plan, {**scene, "noise": {"kind": "none"}}, path=path).values if lit else None
-    return simulate(plan, scene, path=path), light, scene["object"]
 
 
 def without(values: Floats, lost: int) -> Floats:
@@ -103,8 +61,9 @@ class Line:
     kept: list[float] = field(default_factory=list[float])
     wrong: int = 0
 
-    def add(self, recording: Recording, rng: np.random.Generator) -> None:
-        """Look at one run."""
+    def add(self, rng: np.random.Generator, counts: float, *, ideal: bool) -> None:
+        """Draw a run and look at it."""
+        recording = recorded(rng, counts, ideal=ideal)
         values = recording.values
         found = slips_in(recording, values)
         self.false += found.any or not found.sure.all()
@@ -130,6 +89,11 @@ class Line:
         if found.any:
             self.kept.append(float(valid.mean()))
 
+    def row(self) -> str:
+        """Give a row of the table."""
+        kept = float(np.median(self.kept)) if self.kept else float("nan")
+        return f"{self.false} | {self.late} | {self.early} | {self.placed} | {kept:.3f} | {self.wrong}"
+
 
 @dataclass
 class Analysed:
@@ -145,8 +109,11 @@ class Analysed:
     squares: list[tuple[float, float]] = field(default_factory=list[tuple[float, float]])
     took_s: list[float] = field(default_factory=list[float])
 
-    def add(self, recording: Recording, light: Floats, lost: int, *, bars: bool) -> None:
-        """Look at one run."""
+    def add(self, rng: np.random.Generator, counts: float, *, ideal: bool) -> None:
+        """Draw a run and look at it."""
+        recording, light, name = with_its_light(rng, counts, ideal=ideal, lit=True)
+        lost = int(rng.integers(120, recording.values.size - 120))
+        assert light is not None  # noqa: S101  (asked for)
         self.reach += in_reach(recording.values, light, lost)
         started_s = time.perf_counter()
         try:
@@ -157,14 +124,10 @@ class Analysed:
             return
         finally:
             self.took_s.append(time.perf_counter() - started_s)
-        mse, of_clean = found.figures.displacement_mse_px2, clean.displacement_mse_px2
-        assert mse is not None  # noqa: S101  (a simulated run has a truth)
-        assert of_clean is not None  # noqa: S101
-        assert found.figures.psnr_db is not None  # noqa: S101
-        assert clean.psnr_db is not None  # noqa: S101
+        (mse, psnr_db), (of_clean, clean_psnr_db) = against_truth(found.figures), against_truth(clean)
         self.ratio.append(mse / of_clean)
-        self.more_db.append(found.figures.psnr_db - clean.psnr_db)
-        if not bars:
+        self.more_db.append(psnr_db - clean_psnr_db)
+        if name != "bars":
             self.squares.append((mse, of_clean))
         slips = found.measurement.slips
         if slips is None or [part.shift for part in slips.segments] != [0, -1]:
@@ -184,52 +147,31 @@ class Analysed:
         return f"{self.false} | {self.told} | {self.placed} | {self.reach} | {self.held} | {figures} | {took}"
 
 
-def print_analysed(runs: range, counts: Sequence[float]) -> None:
+def print_table(heads: str, line_of: Callable[[], Line | Analysed], runs: range, counts: Sequence[float]) -> None:
     """Print one line for each light, of ideal benches and of others."""
-    print("| bench | counts | runs | false | told | placed | in reach | held | MSE | of all | PSNR, dB | s | most s |")
-    print("|---|---|---|---|---|---|---|---|---|---|---|---|---|")
+    columns = f"| bench | counts | runs | {heads} |"
+    print(columns)
+    print("|" + "---|" * (columns.count("|") - 1))
     for ideal in (True, False):
         for light_counts in counts:
-            line = Analysed()
+            line = line_of()
             for seed in runs:
-                rng = np.random.default_rng([12, seed])
-                recording, light, name = with_its_light(rng, light_counts, ideal=ideal, lit=True)
-                lost = int(rng.integers(120, recording.values.size - 120))
-                assert light is not None  # noqa: S101  (asked for)
-                line.add(recording, light, lost, bars=name == "bars")
-            print(
-                f"| {'ideal' if ideal else 'with flaws'} | {light_counts:g} | {len(runs)} | {line.row()} |", flush=True
-            )
+                line.add(np.random.default_rng([12, seed]), light_counts, ideal=ideal)
+            name = "ideal" if ideal else "with flaws"
+            print(f"| {name} | {light_counts:g} | {len(runs)} | {line.row()} |", flush=True)
 
 
 def main() -> None:
-    """Print one line for each light, of ideal benches and of others."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--runs", type=int, default=50, help="runs of each line")
+    """Print what the counts tell by themselves, or what an analysis does."""
+    parser = options(__doc__)
     parser.add_argument("--counts", type=float, nargs="+", default=COUNTS, help="counts of an all-on pattern")
-    parser.add_argument("--first", type=int, default=0, help="first seed")
     parser.add_argument("--analysed", action="store_true", help="look at what an analysis tells")
     arguments = parser.parse_args()
-    runs: int = arguments.runs
-    first: int = arguments.first
     if arguments.analysed:
-        print_analysed(range(first, first + runs), arguments.counts)
-        return
-    print("| bench | counts | runs | false | late told | early told | lost one placed | kept | wrong frames |")
-    print("|---|---|---|---|---|---|---|---|---|")
-    for ideal in (True, False):
-        for counts in arguments.counts:
-            line = Line()
-            for seed in range(first, first + runs):
-                rng = np.random.default_rng([12, seed])
-                line.add(recorded(rng, counts, ideal=ideal), rng)
-            kept = float(np.median(line.kept)) if line.kept else float("nan")
-            name = "ideal" if ideal else "with flaws"
-            told = f"{line.false} | {line.late} | {line.early} | {line.placed}"
-            print(
-                f"| {name} | {counts:g} | {runs} | {told} | {kept:.3f} | {line.wrong} |",
-                flush=True,
-            )
+        heads, line_of = "false | told | placed | in reach | held | MSE | of all | PSNR, dB | s | most s", Analysed
+    else:
+        heads, line_of = "false | late told | early told | lost one placed | kept | wrong frames", Line
+    print_table(heads, line_of, seeds(arguments), arguments.counts)
 
 
 if __name__ == "__main__":

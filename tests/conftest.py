@@ -1,10 +1,23 @@
 """What every test session needs."""
 
+import gc
 from collections.abc import Generator
 
 import pytest
 
 from instrument.numerics.blas import one_blas_thread
+
+
+def pytest_collection() -> None:
+    """Look for no garbage while all tests are imported: there is hardly any."""
+    gc.disable()
+
+
+def pytest_collection_finish() -> None:
+    """Nor ever look through what is there for good: libraries and tests, a million objects."""
+    gc.freeze()
+    gc.set_threshold(5_000, 20, 10)
+    gc.enable()
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -133,7 +133,8 @@ class Slips:
             before = (change.first - old.shift) // per_frame
             after = -((change.shift - change.last) // per_frame)
             sure[max(before, 0) : max(after, 0)] = False
-            first = min(max((change.place - old.shift) // per_frame, old.first_frame + 1), frames - 1)
+            first = min(max((change.place - old.shift) // per_frame, min(before, after)), max(before, after))
+            first = min(max(first, old.first_frame + 1), frames - 1)
             segments.append(replace(old, end_frame=first))
             within = change.first - old.shift, change.last - old.shift
             segments.append(Segment(first, frames, change.shift, change.place - old.shift, within))

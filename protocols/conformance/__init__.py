@@ -10,8 +10,8 @@ pictures, a counter wants sync edges. A stage moves within ``StageRig.span_mm``,
 is brought back after each test. Before a real one moves (the host's own clock, and not simulated by its identity) the suite
 asks at the terminal; ``--kinopix-may-move`` answers beforehand.
 
-To have the tests in your own test tree instead, import all of ``protocols.conformance.test_stage`` (and so on) there and
-define a fixture ``open_rig`` that gives the factory.
+To have the tests in your own test tree instead, import all of ``protocols.conformance.stage`` (or ``counter``, ``modulator``)
+there and define a fixture ``open_rig`` that gives the factory.
 """
 
 from protocols.conformance.rigs import CounterRig, ModulatorRig, Rig, RigFactory, StageRig

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from protocols.clock import MonotonicClock
 from protocols.conformance.rigs import StageRig
-from protocols.stage import LinearStage, MotionProfile
+from protocols.stage import LinearStage, MotionProfile, StagePosition
 
 REACH_MM: Final = 6.0
 """Room that the tests want on both sides, where the travel is ten times as long."""
@@ -75,6 +75,17 @@ def will_do(rig: StageRig, stage: LinearStage) -> str:
         f"{stage.identity.vendor} {stage.identity.model} stands at {here_mm:g} mm. It will be moved between {low_mm:g} and"
         f" {high_mm:g} mm, at {spot.profile.velocity_mm_s:g} mm/s{home}, and back after each test."
     )
+
+
+def stands(rig: StageRig, stage: LinearStage) -> StagePosition:
+    """Where the stage is, seen twice at the same place."""
+    first = stage.position()
+    rig.clock.sleep_s(0.2)
+    second = stage.position()
+    assert near(second.reported_mm, first.reported_mm, rig.tolerance_mm), "it still moves"
+    if rig.carriage_mm is not None:
+        assert near(rig.carriage_mm(), second.reported_mm, rig.tolerance_mm), "it is not where it says"
+    return second
 
 
 @contextmanager

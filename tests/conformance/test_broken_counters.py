@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from protocols import CountBlock, CounterRun, DeviceTimeout
-from protocols.conformance import test_counter as suite
+from protocols.conformance import counter as suite
 from sim_backends.bench import OpticalBench
 from sim_backends.devices.counter import CounterSettings, SimulatedCounter
 from tests.conformance.biting import FOUND, call

@@ -16,7 +16,7 @@ from protocols import (
     PlanError,
     UploadProgress,
 )
-from protocols.conformance import test_modulator as suite
+from protocols.conformance import modulator as suite
 from protocols.conformance.patterns import sequence_for
 from sim_backends.bench import OpticalBench, SceneSettings
 from sim_backends.devices.modulator import ModulatorSettings, SimulatedModulator

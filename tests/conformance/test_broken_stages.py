@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from protocols import Motion, MotionProfile, StagePosition, TravelExceeded
-from protocols.conformance import test_stage as suite
+from protocols.conformance import stage as suite
 from protocols.conformance.spot import Spot
 from sim_backends.bench import OpticalBench
 from sim_backends.devices.stage import SimulatedMotion, SimulatedStage, StageSettings

@@ -3,8 +3,7 @@
 import pytest
 
 from protocols.conformance import CounterRig, RigFactory
-from protocols.conformance.test_counter import *  # noqa: F403
-from protocols.conformance.test_counter_machine import *  # noqa: F403
+from protocols.conformance.counter import *  # noqa: F403
 from tests.conformance.rigs import (
     ni,
     ni_analog,

@@ -15,8 +15,7 @@ from protocols import MonotonicClock, StageLimits
 from protocols.conformance import RigFactory, StageRig
 from protocols.conformance.consent import ask_before_moving
 from protocols.conformance.spot import Spot, brought_back
-from protocols.conformance.test_stage import *  # noqa: F403
-from protocols.conformance.test_stage_machine import *  # noqa: F403
+from protocols.conformance.stage import *  # noqa: F403
 from tests.conformance.rigs import simulated_stage
 
 SPAN_MM = (195.0, 201.0)

@@ -3,8 +3,7 @@
 import pytest
 
 from protocols.conformance import ModulatorRig, RigFactory
-from protocols.conformance.test_modulator import *  # noqa: F403
-from protocols.conformance.test_modulator_machine import *  # noqa: F403
+from protocols.conformance.modulator import *  # noqa: F403
 from tests.conformance.rigs import dlp6500, dlp7000, dlp7000_without_table, dlp9000, simulated_modulator
 
 RIGS = [simulated_modulator, dlp7000, dlp7000_without_table, dlp6500, dlp9000]

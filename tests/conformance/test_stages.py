@@ -3,8 +3,7 @@
 import pytest
 
 from protocols.conformance import RigFactory, StageRig
-from protocols.conformance.test_stage import *  # noqa: F403
-from protocols.conformance.test_stage_machine import *  # noqa: F403
+from protocols.conformance.stage import *  # noqa: F403
 from tests.conformance.rigs import grbl, mc600, mute_mc600, sc300, simulated_stage, talkative_sc300, zaber
 
 

@@ -76,3 +76,8 @@ START: list[Line] = [
 ]
 STOP: list[Line] = [("22 0 0", None), ("23 0 0", None), ("24 5 0", None)]
 END: list[Line] = [WELL, *STOP]
+
+
+def words(*counts: int) -> list[bytes]:
+    """Give a packet for each sample of 16 bits."""
+    return [count.to_bytes(2, "little") for count in counts]

@@ -1,27 +1,22 @@
 """The USB-CTR driver as its manual page: requests sent, answers given, nothing left over."""
 
 import errno
-from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.h10682.counter import H10682Counter
-from drivers.usb_ctr.board import UsbCtrBoard, typed_error
+from drivers.usb_ctr.board import UsbCtrBoard
 from drivers.usb_ctr.driver import usb_ctr_counter
 from drivers.usb_ctr.pipe import UsbFault
-from drivers.usb_ctr.self_test import self_test
 from drivers.usb_ctr.settings import EdgeTimer, UsbCtrSettings
 from protocols import (
     CounterOverrun,
     CounterRun,
-    DeviceBusy,
     DeviceDisconnected,
     DeviceError,
     DeviceRefused,
-    DeviceTimeout,
-    DriverUnavailable,
     InputError,
     KinopixError,
     PhotonCounter,
@@ -31,10 +26,14 @@ from protocols import (
     WrongState,
 )
 from tests.drivers.h10682.clock import ScriptClock
-from tests.drivers.usb_ctr.script import COUNT, DONE, END, OPEN, OVERRUN, START, STOP, WELL, Line, ScriptedPipe
+from tests.drivers.usb_ctr.script import COUNT, DONE, END, OPEN, OVERRUN, START, STOP, WELL, Line, ScriptedPipe, words
 
 RUN = CounterRun(n_bins=3, period_s=50e-6, latency_s=150e-6)
+
+
 UNPLUGGED = UsbFault("No such device", errno.ENODEV)
+
+
 STALL = UsbFault("Pipe error", errno.EPIPE)
 
 
@@ -43,10 +42,6 @@ def counter(
 ) -> tuple[H10682Counter, ScriptedPipe]:
     pipe = ScriptedPipe([*OPEN, *script], list(packets))
     return usb_ctr_counter(settings or UsbCtrSettings(), UsbCtrBoard(pipe), ScriptClock()), pipe
-
-
-def words(*counts: int) -> list[bytes]:
-    return [count.to_bytes(2, "little") for count in counts]
 
 
 def test_a_whole_run_is_these_requests_and_drops_the_sample_of_the_first_edge() -> None:
@@ -96,6 +91,8 @@ def test_a_board_that_samples_at_its_start_too_has_two_samples_before_the_first_
 
 
 TIMED = UsbCtrSettings(edge_timer=EdgeTimer(timer=1, counter=1, period_ticks=9))
+
+
 TIMED_RUN: list[Line] = [
     COUNT,
     ("18 0 1 0001000010", None),
@@ -243,112 +240,6 @@ def test_a_rate_above_single_packet_mode_is_refused_before_a_byte_is_sent() -> N
 def test_counters_that_the_board_does_not_have_are_refused(settings: UsbCtrSettings) -> None:
     with pytest.raises(InputError, match="from 0 to 3 on a USB-CTR04"):
         counter([], settings=settings)
-
-
-# --- FPGA --------------------------------------------------------------------------------------------------------------
-
-NO_FPGA: Line = ("40 0 0", b"\x00\x00")
-
-
-def board(*script: Line) -> UsbCtrBoard:
-    return UsbCtrBoard(ScriptedPipe([OPEN[0], *script]))
-
-
-def test_a_configured_fpga_is_left_alone() -> None:
-    board(WELL).ensure_fpga(None)
-
-
-def test_the_image_is_sent_after_the_unlock_byte_and_the_status_asked_again(tmp_path: Path) -> None:
-    image = tmp_path / "usb-ctr.rbf"
-    image.write_bytes(bytes(65))
-    loading: list[Line] = [
-        ("50 0 0 ad", None),
-        ("51 0 0 " + "00" * 64, None),
-        ("51 0 0 00", None),
-        ("51 0 0 0000", None),
-    ]
-    board(NO_FPGA, *loading, WELL).ensure_fpga(image)
-    with pytest.raises(DeviceRefused, match="0x0200"):
-        board(NO_FPGA, *loading, ("40 0 0", b"\x00\x02")).ensure_fpga(image)
-
-
-def test_a_board_without_its_image_says_where_to_get_it() -> None:
-    with pytest.raises(DriverUnavailable, match="fpga_image"):
-        board(NO_FPGA).ensure_fpga(None)
-
-
-def test_an_image_that_cannot_be_read_or_is_empty_is_a_wrong_input(tmp_path: Path) -> None:
-    empty = tmp_path / "empty.rbf"
-    empty.touch()
-    for path, why in ((empty, "an empty file"), (tmp_path / "none.rbf", "No such file")):
-        with pytest.raises(InputError, match=why):
-            board(NO_FPGA).ensure_fpga(path)
-
-
-def test_a_short_answer_is_a_protocol_violation() -> None:
-    with pytest.raises(ProtocolViolation, match=r"1 bytes in answer to STATUS \(0x40\), 2 expected"):
-        board(("40 0 0", b"\x00")).status()
-
-
-# --- errors and the self-test ------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("number", "kind"),
-    [
-        (errno.ENODEV, DeviceDisconnected),
-        (errno.EIO, DeviceDisconnected),
-        (errno.EACCES, DriverUnavailable),
-        (errno.EBUSY, DeviceBusy),
-        (errno.ENOTSUP, DriverUnavailable),
-        (errno.EPIPE, DeviceRefused),
-        (errno.ETIMEDOUT, DeviceTimeout),
-        (None, DriverUnavailable),
-        (errno.EOVERFLOW, DeviceError),
-    ],
-)
-def test_each_usb_error_is_a_typed_error(number: int | None, kind: type[KinopixError]) -> None:
-    assert type(typed_error(UsbFault("it failed", number), "STATUS")) is kind
-
-
-def loopback(code: str, during: bytes, after: bytes) -> list[Line]:
-    start = list(START)
-    start[4] = (
-        "21 0 0 64000000" + "00000000" + "7f250000" + "0000",
-        None,
-    )
-    return [(f"18 0 0 00010000{code}", None), *start, ("40 0 0", during), ("40 0 0", after)]
-
-
-def test_the_self_test_finds_the_code_that_counts_and_the_bit_of_an_ended_scan() -> None:
-    script: list[Line] = [
-        ("2d 0 2 09000000" + "00" * 12, None),
-        ("28 1 2", None),
-        *loopback("10", during=b"\x02\x01", after=b"\x40\x01"),
-        *loopback("00", during=b"\x02\x01", after=b"\x40\x01"),
-        *STOP,
-        ("28 0 2", None),
-    ]
-    pipe = ScriptedPipe([OPEN[0], *script], [*words(3, *[960] * 99), *words(0, *[0] * 99)])
-    result = self_test(UsbCtrBoard(pipe), ScriptClock(), counter=0, timer=2)
-    assert result.mean_counts == {16: 960.0, 0: 0.0}
-    assert result.codes_that_count == (16,)
-    assert result.scan_done_masks == (0x40,)
-    assert pipe.script == []
-
-
-def test_a_self_test_without_samples_times_out_and_stops_the_timer() -> None:
-    script: list[Line] = [
-        ("2d 0 0 09000000" + "00" * 12, None),
-        ("28 1 0", None),
-        *loopback("10", during=b"\x02\x01", after=b"\x40\x01")[:-1],
-        *STOP,
-        ("28 0 0", None),
-    ]
-    pipe = ScriptedPipe([OPEN[0], *script], list(words(1, 2)))
-    with pytest.raises(DeviceTimeout, match=r"2 samples after 0\.03 s"):
-        self_test(UsbCtrBoard(pipe), ScriptClock(), counter=0, timer=0)
-    assert pipe.script == []
 
 
 # --- whatever the bus brings -------------------------------------------------------------------------------------------
