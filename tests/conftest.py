@@ -3,8 +3,12 @@
 from collections.abc import Generator
 
 import pytest
+from hypothesis import settings
 
 from instrument.numerics.blas import one_blas_thread
+
+settings.register_profile("kinopix", deadline=None)  # a first call imports and compiles, and the machine may be busy
+settings.load_profile("kinopix")
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -19,10 +19,10 @@ _INSIDE: Final = 0.98
 """Share of the object that is inside the field where it stays there."""
 
 _LIT: Final = 0.25
-"""Part of the brightest pixel from which on a pixel is lit,"""
+"""Transmission over that of the brightest pixel above which a pixel is lit."""
 
 _BORDER: Final = 0.1
-"""and part of a side of the image that is lit where the object reaches across it."""
+"""Share of the pixels along a side of the image that are lit from which on the object reaches across that side."""
 
 _MISFIT: Final = 1.5
 """Misfit above which the figures warn."""
@@ -37,7 +37,8 @@ _FEW_FRAMES: Final = 64
 """Frames below which no image helps to find the path."""
 
 _VAGUE: Final = 1 / 8
-"""Uncertainty over the period of the fringes, above which a path may be off by whole periods."""
+"""Standard deviation over the period of the fringes above which a path may be off by whole periods: errors of half a
+period, which lead to a wrong one, are then within four standard deviations."""
 
 
 def doubts_of(
@@ -62,7 +63,7 @@ def doubts_of(
 
 
 def _path_doubts(measurement: Measurement, trajectory: Trajectory | None) -> tuple[str, ...]:
-    """Say where the values leave the displacement open."""
+    """Say that the path may be off by whole periods of the fringes."""
     sigma_px = vague_px(measurement, trajectory)
     position = measurement.scheme.position
     if sigma_px is None or position is None:
@@ -163,7 +164,7 @@ def _border_doubts(used: int, trajectory: Trajectory | None, reconstruction: Rec
 
 
 def _light_doubts(measurement: Measurement, *, stays: bool) -> tuple[str, ...]:
-    """Say what a light that changes may be, unless it was found to be the object that comes, or leaves."""
+    """Say what may change the light, unless the object was found to come into the field or to leave it."""
     found: list[str] = []
     light_change = measurement.light_change()
     crosses = any(finding.kind in {"comes into the field", "leaves the field"} for finding in measurement.findings)

@@ -15,12 +15,12 @@ import numpy as np
 
 from instrument.analysis.causes import FEWEST_FRAMES
 from instrument.analysis.changing_light import Change, fall_of, means, rise_of
-from instrument.analysis.find import Found, find_path, placed_at
+from instrument.analysis.find import Found, placed_at
 from instrument.choices import Background, Grid, Shape
 from instrument.joint import refine
 from instrument.measurement import Finding, FindingKind, Measurement, first_light
 from instrument.reconstruction import reconstruct
-from instrument.tracking import Trajectory
+from instrument.tracking import Trajectory, track
 from protocols import Floats, InputError, Mask
 
 _OUT: Final = 0.02
@@ -30,17 +30,18 @@ _SEEN: Final = 0.5
 """Share of the object that must be inside for a frame to be used."""
 
 _AGREE: Final = 0.2
-"""Share of the missing light that may be missing otherwise, or not be missing: objects that cross the border differ by 0.003 to
-0.16, and a lamp whose drift looked most like one by 0.25,"""
+"""Mean difference of the light from what the object's image and path predict, over the light that they predict to be missing, up
+to which the object is believed to cross the border: objects that did differed by 0.003 to 0.16, and the lamp whose drift looked
+most like one by 0.25."""
 
 _AGREE_SHORT: Final = 0.5
-"""and where the light changes in a tenth of the run or less, in which a lamp hardly drifts, but flickers."""
+"""The same where the light changes in a tenth of the run or less: in so short a time a lamp hardly drifts, though it flickers."""
 
 _SHORT: Final = 10
-"""That part of a run."""
+"""Frames of a run over those in which the light changes, from which on the change is short."""
 
 _MORE_PX: Final = 3
-"""Width around the region of an object that is inside by which it is larger where the object crosses the border."""
+"""Pixels that are added at each side to the region of the object's image where the object crosses the border of the field."""
 
 _OBJECT: Final = 0.1
 """Share of the brightest pixel above which a pixel is the object's."""
@@ -60,10 +61,10 @@ class Crossing:
     """``(frames,)``: share of the object that is inside the field."""
 
     first_frame: int
-    """First frame in which it is wholly inside."""
+    """First frame in which it is wholly inside, by the light."""
 
     end_frame: int
-    """Frame after the last one in which it is."""
+    """Frame after the last one in which it is wholly inside, by the light."""
 
 
 def crossing(measurement: Measurement) -> Crossing | None:
@@ -91,12 +92,12 @@ def _seen(measurement: Measurement, rise: Change | None, fall: Change | None) ->
     inside = (np.arange(frames) >= first) & (np.arange(frames) < end)
     try:
         whole = first_light(replace(measurement, valid=measurement.valid & inside))
-        found = find_path(whole, "smooth", None).trajectory
-        if found is None or found.angle_deg is not None:
+        found = track(whole, reference_frame=first)
+        if found.angle_deg is not None:
             return None
-        path = going_on(found.relative_to(first), first, end)
+        path = going_on(found, first, end)
         image = reconstruct(whole, path, "tv").at_patterns
-    except InputError:  # no object is to be followed where the light is steady
+    except (InputError, np.linalg.LinAlgError):  # no object can be followed where the light is steady
         return None
     share = share_inside(image, path.displacement_px)
     for change in (rise, fall):
@@ -176,7 +177,7 @@ def share_inside(image: Floats, displacement_px: Floats) -> Floats:
 
 
 def _told(found: Found, crossed: Crossing) -> Found:
-    """Say of the measurement that the object comes, and leaves."""
+    """Add to the findings that the object comes into the field, leaves it, or both."""
     out = np.flatnonzero(crossed.share < 1 - _OUT)
     findings = list(found.measurement.findings)
     kinds: tuple[FindingKind, FindingKind] = "comes into the field", "leaves the field"

@@ -49,7 +49,7 @@ class Screened:
     """What was found."""
 
     slips: Slips
-    """Where values stood."""
+    """By how many patterns values came late or early."""
 
     inverted: Recording | None = None
     """The recording with the values of inverted pictures, whose noise those of the position patterns have; None where the
@@ -61,7 +61,7 @@ def screened(recording: Recording, slips: Slips | None = None) -> Screened:
 
     Args:
         recording: as it was recorded.
-        slips: where values stand; None where the counts are to tell.
+        slips: by how many patterns values came late or early; None to find that by the counts.
     """
     recording = replace(recording, frame_valid=usable_frames(recording))
     scheme = scheme_of(recording.plan)
@@ -96,7 +96,9 @@ def screened(recording: Recording, slips: Slips | None = None) -> Screened:
     # The frame that is all on may be the first one, near which a shift from the start is not sure.
     seen = light.copy()
     seen[:1] = np.where(np.isfinite(light[:1]), light[:1], likely[:1])
-    if doubtful:  # values may all be of other patterns, which path and image will tell, but no frame by itself
+    if (
+        doubtful
+    ):  # all values may be of other patterns: path and image will tell, so the wiring is not judged by any frame
         seen[:] = np.nan
     wiring, frames, share = wiring_of(seen, variance, scheme, recording.plan.image_size)
     findings += _tell_wiring(wiring, tuple(frames.tolist()), share)
@@ -137,7 +139,10 @@ def slips_of_counts(values: Floats, valid: Mask, scheme: Scheme, *, photon_count
 
 
 def suspects_of_counts(values: Floats, valid: Mask, scheme: Scheme, *, photon_counts: bool) -> tuple[Change, ...]:
-    """Find the likeliest places of one change of the shift, whether or not there is any; see ``suspects``. As above otherwise."""
+    """Find the likeliest places of one change of the shift, whether or not there is any; see ``suspects``.
+
+    Arguments as in ``slips_of_counts``.
+    """
     evidence = SlipEvidence.of(*_asked(values, valid, scheme, photon_counts=photon_counts))
     return () if evidence is None else suspects(evidence)
 
@@ -145,7 +150,7 @@ def suspects_of_counts(values: Floats, valid: Mask, scheme: Scheme, *, photon_co
 def _asked(
     values: Floats, valid: Mask, scheme: Scheme, *, photon_counts: bool
 ) -> tuple[Floats, Mask, Floats, tuple[int, int] | None]:
-    """Give what ``slips_of`` asks for."""
+    """Give the arguments of ``slips_of``: light, wild values, variance and the columns of a pair."""
     known = np.where(valid[:, None], values, np.nan)
     variance = _variance(values, valid, scheme, photon_counts=photon_counts)
     return known, wild_counts(known, variance, _pair(scheme)), variance, _pair(scheme)
