@@ -1,7 +1,8 @@
 """The screening of a recording before anything is made of it: what its counts say of themselves.
 
-In this order: counts that no counter gives, frames without light, values that slipped to other patterns, single wild ones, and
-patterns that were wired otherwise than planned. What can be mended is mended, what cannot is NaN, and each is told.
+In this order: counts that no counter gives, counts that stand still, frames without light, values that slipped to other patterns,
+single wild ones, and patterns that were wired otherwise than planned. What can be mended is mended, what cannot is NaN, and all of
+it is told.
 """
 
 from dataclasses import dataclass, replace
@@ -15,6 +16,7 @@ from instrument.measurement.finding import Finding
 from instrument.measurement.ripple import lamp_factor, ripples_seen
 from instrument.measurement.slip_evidence import SlipEvidence
 from instrument.measurement.slips import Change, Segment, Slips, in_step_again, moved_back, slips_of
+from instrument.measurement.stuck_counts import stuck_counts
 from instrument.measurement.suspects import suspects
 from instrument.measurement.wild_counts import wild_counts
 from instrument.measurement.wiring import Wiring, rewired, wiring_of
@@ -29,10 +31,10 @@ _LISTED: Final = 5
 """Places that a sentence lists."""
 
 _DEEP: Final = 0.5
-"""Brightness over its mean to which a lamp must fall for its flicker to be taken out before slips are looked for,"""
+"""Brightness of a lamp over its mean below which its flicker is taken out before slips are looked for."""
 
 _DARK_LAMP: Final = 0.2
-"""and below which nothing is looked for."""
+"""Brightness of a lamp over its mean below which no slip is looked for."""
 
 _DEAD: Final = 0.9
 """Share of the time dead at most that is corrected for here: beyond, a count is wild in any case."""
@@ -70,6 +72,10 @@ def screened(recording: Recording, slips: Slips | None = None) -> Screened:
     impossible = _impossible(recording)
     values[impossible] = np.nan
     findings += _tell_impossible(recording, impossible)
+
+    stuck = stuck_counts(values, photon_counts=recording.photon_counts)
+    values[stuck] = np.nan
+    findings += _tell_stuck(stuck)
 
     dark = dark_frames(values @ scheme.light_weights, photon_counts=recording.photon_counts)
     values[dark] = np.nan
@@ -226,15 +232,20 @@ def _tell_impossible(recording: Recording, impossible: Mask) -> list[Finding]:
     ]
 
 
+def _tell_stuck(stuck: Mask) -> list[Finding]:
+    if not stuck.any():
+        return []
+    frames = np.asarray(stuck.any(axis=1), bool)
+    text = f"{_number(int(stuck.sum()), 'equal value')} in a row masked: frames {_spans(frames)}"
+    why = "a detector that is saturated, or a counter that hangs"
+    return [Finding("stuck counts", _frames(frames), text, f"{text} ({why})")]
+
+
 def _tell_dark(dark: Mask) -> list[Finding]:
     if not dark.any():
         return []
     frames = _frames(dark)
-    ends = np.flatnonzero(np.diff(dark.astype(np.int8), prepend=0, append=0))
-    spans = ", ".join(f"{first} to {end - 1}" for first, end in ends.reshape(-1, 2)[:_LISTED].tolist())
-    text = f"{_number(len(frames), 'frame')} without light masked: {spans}" + (
-        ", ..." if len(ends) > 2 * _LISTED else ""
-    )
+    text = f"{_number(len(frames), 'frame')} without light masked: {_spans(dark)}"
     why = "no object in the field, a shutter, or a lamp that was off"
     return [Finding("no light", frames, text, f"{text} ({why})")]
 
@@ -252,7 +263,7 @@ def _tell_strange(goes: Mask) -> list[Finding]:
     if goes.all():
         return []
     frames = _frames(~goes)
-    text = f"{_number(len(frames), 'frame')} masked beside ones that go with no neighbour: {_ranges(frames)}"
+    text = f"{_number(len(frames), 'frame')} masked beside ones that go with no neighbour: {_listed(frames)}"
     why = "as after a sync edge lost and one gained, or a jump of the object"
     return [Finding("shifted patterns", frames, text, f"{text} ({why})")]
 
@@ -321,7 +332,14 @@ def _places(which: Mask) -> str:
     return ", ".join(places) + (", ..." if np.count_nonzero(which) > _LISTED else "")
 
 
-def _ranges(frames: tuple[int, ...]) -> str:
+def _spans(frames: Mask) -> str:
+    """List the first and the last frame of each row of frames."""
+    ends = np.flatnonzero(np.diff(frames.astype(np.int8), prepend=0, append=0)).reshape(-1, 2)
+    spans = [f"{first} to {end - 1}" for first, end in ends[:_LISTED].tolist()]
+    return ", ".join(spans) + (", ..." if len(ends) > _LISTED else "")
+
+
+def _listed(frames: tuple[int, ...]) -> str:
     return ", ".join(str(frame) for frame in frames[:_LISTED]) + (", ..." if len(frames) > _LISTED else "")
 
 

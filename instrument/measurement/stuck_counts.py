@@ -1,0 +1,35 @@
+"""Counts that stand still: a saturated detector, or a counter that hangs, gives the same value for many patterns in a row.
+
+Such values go with no pattern, and must not be taken for values that slipped to other patterns.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from protocols import Floats, Mask
+
+_IN_A_ROW: Final = 30
+"""Equal values in a row from which on they stand still. A count of 1 has a probability of 0.37 at most, and a higher one has less:
+chance makes so many in one of 10^9 runs of 10,000 values."""
+
+
+def stuck_counts(values: Floats, *, photon_counts: bool) -> Mask:
+    """``(frames, patterns_per_frame)``: whether a value is one of many equal ones in a row.
+
+    Zeros are darkness, and are left to ``dark_frames``. Values without noise may be alike by right, as those of patterns that all
+    cut an even object in halves: there only the largest value of the run counts, at which a detector saturates. Where all values
+    are equal, none is called stuck: nothing says what they should be.
+
+    Args:
+        values: ``(frames, patterns_per_frame)`` in play order; NaN where none was measured.
+        photon_counts: whether they count photons.
+    """
+    flat = values.ravel()
+    starts = np.flatnonzero(np.append(True, flat[1:] != flat[:-1]))
+    lengths = np.diff(np.append(starts, flat.size))
+    suspect = (lengths >= _IN_A_ROW) & (flat[starts] != 0)
+    if not photon_counts:
+        suspect &= flat[starts] == np.nanmax(np.append(flat, -np.inf))
+    stuck = np.repeat(suspect, lengths)
+    return np.zeros(values.shape, bool) if stuck.all() else np.asarray(stuck.reshape(values.shape), bool)
