@@ -68,14 +68,20 @@ def rise_of(total: Floats, valid: Mask) -> Change | None:
 
 
 def means(total: Floats, valid: Mask, half: int) -> Floats:
-    """``(frames,)``: means of the total light of the valid frames up to ``half`` away from each frame."""
+    """``(frames,)``: means of the total light of the valid frames up to ``half`` away from each frame.
+
+    Where there is none, the mean is that of the frames beside: what was not measured has not changed.
+    """
     frames = len(total)
     sums = np.concatenate(
         [np.zeros((2, 1)), np.cumsum([np.where(valid, total, 0.0), valid.astype(np.float64)], axis=1)], axis=1
     )
     low, high = np.maximum(np.arange(frames) - half, 0), np.minimum(np.arange(frames) + half + 1, frames)
     light, count = sums[:, high] - sums[:, low]
-    return np.asarray(light / np.maximum(count, 1.0), np.float64)
+    known = np.flatnonzero(count)
+    if not len(known):
+        return np.zeros(frames)
+    return np.asarray(np.interp(np.arange(frames), known, light[known] / count[known]), np.float64)
 
 
 def _long_fall(total: Floats, valid: Mask) -> Change | None:

@@ -1,8 +1,8 @@
 """The screening of a recording before anything is made of it: what its counts say of themselves.
 
 In this order: counts that no counter gives, counts that stand still, frames without light, values that slipped to other patterns,
-single wild ones, and patterns that were wired otherwise than planned. What can be mended is mended, what cannot is NaN, and all of
-it is told.
+single wild ones, and patterns that were wired otherwise than planned. What can be mended is mended, what cannot is NaN, and all
+of it is told.
 """
 
 from dataclasses import dataclass, replace
@@ -16,7 +16,7 @@ from instrument.measurement.finding import Finding
 from instrument.measurement.ripple import lamp_factor, ripples_seen
 from instrument.measurement.slip_evidence import SlipEvidence
 from instrument.measurement.slips import Change, Segment, Slips, in_step_again, moved_back, slips_of
-from instrument.measurement.stuck_counts import stuck_counts
+from instrument.measurement.stuck_counts import saturated, stuck_counts
 from instrument.measurement.suspects import suspects
 from instrument.measurement.wild_counts import wild_counts
 from instrument.measurement.wiring import Wiring, rewired, wiring_of
@@ -75,7 +75,10 @@ def screened(recording: Recording, slips: Slips | None = None) -> Screened:
 
     stuck = stuck_counts(values, photon_counts=recording.photon_counts)
     values[stuck] = np.nan
-    findings += _tell_stuck(stuck)
+    findings += [
+        *_tell_stuck(stuck),
+        *_tell_saturated(values, saturated(values, photon_counts=recording.photon_counts)),
+    ]
 
     dark = dark_frames(values @ scheme.light_weights, photon_counts=recording.photon_counts)
     values[dark] = np.nan
@@ -239,6 +242,14 @@ def _tell_stuck(stuck: Mask) -> list[Finding]:
     text = f"{_number(int(stuck.sum()), 'equal value')} in a row masked: frames {_spans(frames)}"
     why = "a detector that is saturated, or a counter that hangs"
     return [Finding("stuck counts", _frames(frames), text, f"{text} ({why})")]
+
+
+def _tell_saturated(values: Floats, highest: Mask) -> list[Finding]:
+    if not highest.any():
+        return []
+    text = f"{np.count_nonzero(highest)} values are {values[highest][0]:g}, and none is higher"
+    why = "the detector saturates at bright patterns, so that path and image may be wrong: lower the light"
+    return [Finding("stuck counts", _frames(np.asarray(highest.any(axis=1), bool)), text, f"{text}: {why}")]
 
 
 def _tell_dark(dark: Mask) -> list[Finding]:

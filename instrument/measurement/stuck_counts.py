@@ -1,6 +1,7 @@
 """Counts that stand still: a saturated detector, or a counter that hangs, gives the same value for many patterns in a row.
 
-Such values go with no pattern, and must not be taken for values that slipped to other patterns.
+Such values go with no pattern, and must not be taken for values that slipped to other patterns. A detector that saturates only at
+bright patterns gives the same value for these, and others in between.
 """
 
 from typing import Final
@@ -10,8 +11,17 @@ import numpy as np
 from protocols import Floats, Mask
 
 _IN_A_ROW: Final = 30
-"""Equal values in a row from which on they stand still. A count of 1 has a probability of 0.37 at most, and a higher one has less:
+"""Equal values in a row from which on they stand still. A count of 1 has a probability of 0.37 at most, a higher one has less:
 chance makes so many in one of 10^9 runs of 10,000 values."""
+
+_LEAST: Final = 10.0
+"""Photons below which many values are equal by chance."""
+
+_OFTEN: Final = 0.01
+"""Share of the values that are the highest of the run from which on the detector is taken to saturate."""
+
+_FEWEST: Final = 20
+"""Values that must be so at least."""
 
 
 def stuck_counts(values: Floats, *, photon_counts: bool) -> Mask:
@@ -33,3 +43,21 @@ def stuck_counts(values: Floats, *, photon_counts: bool) -> Mask:
         suspect &= flat[starts] == np.nanmax(np.append(flat, -np.inf))
     stuck = np.repeat(suspect, lengths)
     return np.zeros(values.shape, bool) if stuck.all() else np.asarray(stuck.reshape(values.shape), bool)
+
+
+def saturated(values: Floats, *, photon_counts: bool) -> Mask:
+    """``(frames, patterns_per_frame)``: values that are all the highest of the run, as of a detector that saturates; none if few.
+
+    A pattern that always gives that value tells nothing: that of an object at rest does so by right where there is no noise.
+
+    Args:
+        values: ``(frames, patterns_per_frame)``; NaN where none was measured.
+        photon_counts: whether they count photons.
+    """
+    none, known = np.zeros(values.shape, bool), np.isfinite(values)
+    highest = float(values[known].max(initial=0.0))
+    if highest <= (_LEAST if photon_counts else 0.0):
+        return none
+    at_highest: Mask = np.asarray(values == highest, bool)
+    at_highest[:, (at_highest | ~known).all(axis=0)] = False
+    return at_highest if np.count_nonzero(at_highest) >= max(_FEWEST, _OFTEN * np.count_nonzero(known)) else none

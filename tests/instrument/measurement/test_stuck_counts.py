@@ -7,7 +7,7 @@ import pytest
 
 from instrument import Plan, Recording, simulate
 from instrument.measurement import Measurement
-from instrument.measurement.stuck_counts import stuck_counts
+from instrument.measurement.stuck_counts import saturated, stuck_counts
 
 
 @pytest.mark.parametrize(("count", "level", "photon_counts", "stuck"), [
@@ -54,3 +54,26 @@ def test_a_detector_that_saturates_in_mid_run_is_told_and_no_slip(run: Recording
         ("stuck counts", "300 equal values in a row masked: frames 100 to 149")
     ]
     assert np.flatnonzero(~found.valid).tolist() == list(range(100, 150))
+
+
+def test_a_detector_that_saturates_at_bright_patterns_is_told(run: Recording) -> None:
+    at_most = float(np.round(np.quantile(run.values, 0.97)))
+    found = Measurement.of(replace(run, values=np.minimum(run.values, at_most)))
+    (finding,) = [one for one in found.findings if one.kind == "stuck counts"]
+    count = int(np.count_nonzero(run.values >= at_most))
+    assert finding.text == f"{count} values are {at_most:g}, and none is higher"
+    assert found.valid.all()
+    assert not [one for one in Measurement.of(run).findings if one.kind == "stuck counts"]
+
+
+def test_the_highest_value_is_saturation_only_if_it_is_frequent_and_not_always_there() -> None:
+    """Of 1,200 values a hundredth are 12, and twenty are asked for."""
+    values = np.random.default_rng(1).integers(20, 90, (200, 6)).astype(np.float64)
+    values[:20, 2] = 99.0
+    assert np.count_nonzero(saturated(values, photon_counts=True)) == 20
+    values[19, 2] = 50.0
+    assert not saturated(values, photon_counts=True).any()
+    values[:, 2] = 99.0
+    assert not saturated(values, photon_counts=True).any()
+    few = np.minimum(np.random.default_rng(1).poisson(4.0, (200, 6)), 9.0)
+    assert not saturated(few, photon_counts=True).any()
