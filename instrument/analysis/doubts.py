@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 
 from instrument.analysis.leaving import share_inside
+from instrument.analysis.position_doubts import position_doubts
 from instrument.measurement import Measurement
 from instrument.reconstruction import Reconstruction
 from instrument.tracking import Trajectory
@@ -57,9 +58,19 @@ def doubts_of(
         *_border_doubts(used, trajectory, reconstruction),
         *_frame_doubts(used, trajectory, reconstruction),
         *_path_doubts(measurement, trajectory),
+        *(
+            ()
+            if trajectory is None
+            else position_doubts(measurement, beside_background=_has_background(reconstruction))
+        ),
         *(_misfit_doubts(reconstruction) if trajectory is None or used >= _FEW_FRAMES else ()),
         *_moment_doubts(measurement),
     )
+
+
+def _has_background(reconstruction: Reconstruction | None) -> bool:
+    """Whether light of something that stands still was found beside the object."""
+    return reconstruction is not None and reconstruction.still is not None
 
 
 def _path_doubts(measurement: Measurement, trajectory: Trajectory | None) -> tuple[str, ...]:
@@ -129,14 +140,17 @@ def _frame_doubts(used: int, trajectory: Trajectory | None, reconstruction: Reco
     if used < 2 and trajectory is not None:
         image = "" if reconstruction is None else ", and its image is hardly more than its total light"
         return (f"one frame cannot tell of a motion{image}: record more frames",)
-    if reconstruction is None or trajectory is None:
+    if reconstruction is None:
         return ()
     if used < _FEW_FRAMES:
+        path = "the path is that of the position patterns alone, with an uncertainty that their own scatter tells"
         few = (
-            f"{used} frames are too few for an image: it is a guess, and the path is that of the position patterns alone, with "
-            f"an uncertainty that their own scatter tells; record {_FEW_FRAMES} or more, better some hundred"
+            f"{used} frames are too few for an image: it is a guess{'' if trajectory is None else f', and {path}'}; record "
+            f"{_FEW_FRAMES} or more, better some hundred"
         )
         return (few,)
+    if trajectory is None:
+        return ()
     if entangled(reconstruction, used):
         why = (
             "too few frames to judge the result: motion and image have half as many unknowns as there are values and explain "

@@ -29,6 +29,11 @@ def test_what_is_not_known_and_a_run_of_one_value_are_not_stuck() -> None:
     assert not stuck_counts(np.full((20, 6), np.nan), photon_counts=False).any()
     assert not stuck_counts(np.full((20, 6), 5.0), photon_counts=True).any()
     assert stuck_counts(np.full((20, 6), 5.0), photon_counts=True).shape == (20, 6)
+    two_levels = np.repeat([5.0, 7.0], 60).reshape(20, 6)
+    two_levels[0, 0] = 6.0
+    assert not stuck_counts(two_levels, photon_counts=True).any()
+    two_levels[19, 3:] = [8.0, 9.0, 5.0]
+    assert np.count_nonzero(stuck_counts(two_levels, photon_counts=True)) == 59 + 57
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +78,9 @@ def test_the_highest_value_is_saturation_only_if_it_is_frequent_and_not_always_t
     assert np.count_nonzero(saturated(values, photon_counts=True)) == 20
     values[19, 2] = 50.0
     assert not saturated(values, photon_counts=True).any()
+    values[:110, 2] = 99.0
+    assert np.count_nonzero(saturated(values, photon_counts=True)) == 110
+    assert not saturated(values, photon_counts=False).any()
     values[:, 2] = 99.0
     assert not saturated(values, photon_counts=True).any()
     few = np.minimum(np.random.default_rng(1).poisson(4.0, (200, 6)), 9.0)
