@@ -82,7 +82,7 @@ def test_stripes_of_a_pixel_get_the_contrast_that_smoothing_took_even_along_a_sh
 
 
 def test_a_plain_path_counts_from_the_frame_that_the_shaken_one_counts_from() -> None:
-    """A parabola and shaking from frame to frame, relative to frame 300: image and path would be of different frames otherwise."""
+    """A parabola and shaking from frame to frame, relative to frame 300: the image is that of the same frame."""
     frame = np.arange(FRAMES) - 300.0
     parabola_px = np.outer(1e-4 * frame**2, [1.0, -2.0])
     shaken = as_trajectory(parabola_px + 0.1 * (-1.0) ** np.abs(frame)[:, None], FRAMES, 3e-4)
