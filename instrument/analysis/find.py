@@ -54,11 +54,11 @@ def find_path(measurement: Measurement, tracking: Tracking, mean_filter: int | N
     if measurement.scheme.position is None:
         return Found(measurement)
     way: TrackingMethod = "per-frame" if tracking == "per-frame" else "smooth"
-    reference = _reference_frame(measurement) if tracking == "joint" else 0
+    reference = reference_frame_of(measurement) if tracking == "joint" else 0
     return Found(measurement, track(measurement, way, mean_filter=mean_filter, reference_frame=reference))
 
 
-def _reference_frame(measurement: Measurement) -> int:
+def reference_frame_of(measurement: Measurement) -> int:
     """Frame that displacement and image are to refer to: 0, or the first measured one of a run that begins in the dark.
 
     A scheme that measures where the object is at frame 0 keeps that frame.
