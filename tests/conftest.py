@@ -4,8 +4,12 @@ import gc
 from collections.abc import Generator
 
 import pytest
+from hypothesis import settings
 
 from instrument.numerics.blas import one_blas_thread
+
+settings.register_profile("kinopix", deadline=None)  # a first call imports and compiles, and the machine may be busy
+settings.load_profile("kinopix")
 
 
 def pytest_collection() -> None:

@@ -16,6 +16,9 @@ _LARGEST: Final = 1e15  # beyond, whole counts are not whole any more in double 
 _SMALLEST: Final = 1e-12
 _CERTAIN: Final = 5.0  # standard errors
 _FIRST: Final = 4  # frames
+_FAINT: Final = 0.2
+"""Signal of a fringe over the total light, as of an object of bars that are finer than it: others have more."""
+
 _ROOM_PX: Final = 4
 """Room that an object needs beside its path."""
 
@@ -124,7 +127,10 @@ def _refuse_dark(measurement: Measurement, where: str) -> None:
 def _refuse_flat(measurement: Measurement) -> None:
     """Refuse light that is the same for every pattern: no object stands in it."""
     rows = measurement.scheme.image_rows
-    if rows is None or not measurement.valid[:_FIRST].all():
+    if rows is None:
+        _refuse_flat_fringes(measurement)
+        return
+    if not measurement.valid[:_FIRST].all():
         return  # an object shows in the first patterns, which are the coarsest
     pair = [rows.positive, rows.negative]
     values = measurement.values[measurement.valid][:, pair]
@@ -136,12 +142,35 @@ def _refuse_flat(measurement: Measurement) -> None:
     # Of an object, the first pattern, which is all on, has that square alone, and the coarse ones together as much again.
     of_object = 2 * total**2 / float(variance.mean())
     if float(squares.sum()) < count + chance and of_object > 2 * chance:
-        raise InputError(
-            saw=f"light of {total:.4g} a frame that is the same for every pattern and its complement: no object in it",
-            expected="an object that the patterns cut out of the light",
-            remedy="look for ambient light on the detector, check that the object is in the field and that the modulator "
-            "shows the patterns",
-        )
+        raise _flat(total, "pattern and its complement")
+
+
+def _refuse_flat_fringes(measurement: Measurement) -> None:
+    """Refuse light that is the same for all fringes of a scheme that only tracks: their signals are noise along both axes."""
+    reading, valid = measurement.scheme.position, measurement.valid
+    if reading is None or reading.period_px is None:
+        return
+    total, values = measurement.total[valid], measurement.values[valid]
+    if not (total > 0).all():
+        return
+    signal = reading.signal(values, total)
+    of_parts = np.einsum("apk,fak->fa", reading.weights**2, measurement.variance[valid][:, reading.columns])
+    variance = np.maximum(of_parts, _SMALLEST) / total[:, None] ** 2  # of both parts together, which are alike
+    count = len(total)
+    squares = np.abs(signal) ** 2 / variance
+    chance = _CERTAIN * float(np.sqrt(count))
+    of_object = _FAINT**2 * float((1 / variance).sum(axis=0).min())
+    if (squares.sum(axis=0) < count + chance).all() and of_object > 2 * chance:
+        raise _flat(float(total.mean()), "fringe")
+
+
+def _flat(total: float, of_what: str) -> InputError:
+    return InputError(
+        saw=f"light of {total:.4g} a frame that is the same for every {of_what}: no object in it",
+        expected="an object that the patterns cut out of the light",
+        remedy="look for ambient light on the detector, check that the object is in the field and that the modulator "
+        "shows the patterns",
+    )
 
 
 def refuse_beyond(measurement: Measurement, trajectory: Trajectory | None) -> None:

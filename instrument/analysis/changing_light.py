@@ -1,8 +1,9 @@
 """Light that rises in the first frames of a run, or falls in its last: means of it, and where it is steady.
 
-A fall that takes a part of the run or more is seen in means over a part, which is longer than a period of the mains. A later one
-would be averaged away there: it is looked for in shorter means, held against their own scatter before, so that a lamp which
-flickers counts for nothing. A rise is a fall of the run from its end.
+The run is cut into twenty parts. A fall that takes a part or longer is seen in means over a part: in a run of 0.4 s or more that
+averages the flicker of the mains away. A fall within the last part would be averaged away too. It is looked for in shorter means,
+and must exceed by far the scatter of such means earlier in the run, which is large where a lamp flickers. A rise is a fall of the
+run played backwards.
 """
 
 from dataclasses import dataclass, replace
@@ -13,25 +14,25 @@ import numpy as np
 from protocols import Floats, Mask
 
 _PARTS: Final = 20
-"""Parts of a run over one of which the total light is averaged: more than a period of the mains."""
+"""Parts into which a run is cut. The total light is averaged over the length of one."""
 
 _SHORTER: Final = 4
-"""How much shorter the times are over which a fall in the last part is looked for."""
+"""Length of a part over that of the means in which a fall within the last part is looked for."""
 
 _SHORTEST: Final = 8
-"""Frames that they have at least."""
+"""Fewest frames of these shorter means."""
 
 _FALLEN: Final = 0.015
-"""Share of the light that must be missing."""
+"""Share of the steady light that must be missing."""
 
 _SIGMAS: Final = 4.0
-"""Standard deviations of a mean by which it must be."""
+"""Standard deviations of a mean over a part that the missing light must exceed."""
 
 _SURE: Final = 6.0
-"""Scatter of the means before by which the light must fall in the last part."""
+"""Standard deviations of the shorter means, by their scatter earlier in the run, that the missing light must exceed."""
 
 _DRIFTS: Final = 0.05
-"""Share by which the light may fall before."""
+"""Share by which the light may exceed its steady level before it falls: that of a lamp which always fades exceeds it by more."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,13 +40,13 @@ class Change:
     """Light that falls to the end of a run, or rises from its beginning."""
 
     light: Floats
-    """``(frames,)``: means around each frame, over the steady light."""
+    """``(frames,)``: mean light around each frame, over the steady light."""
 
     half: int
-    """Frames before and after that each of these means reaches."""
+    """Number of frames before a frame, and after it, over which its mean is taken."""
 
     frames: slice
-    """Frames in which the light is not steady: those from one on, or those before one."""
+    """Frames in which the light is not steady: all from one frame on, or all before one."""
 
 
 def fall_of(total: Floats, valid: Mask) -> Change | None:
@@ -67,14 +68,20 @@ def rise_of(total: Floats, valid: Mask) -> Change | None:
 
 
 def means(total: Floats, valid: Mask, half: int) -> Floats:
-    """``(frames,)``: means of the total light of the valid frames up to ``half`` away from each frame."""
+    """``(frames,)``: means of the total light of the valid frames up to ``half`` away from each frame.
+
+    Where there is none, the mean is that of the frames beside: what was not measured has not changed.
+    """
     frames = len(total)
     sums = np.concatenate(
         [np.zeros((2, 1)), np.cumsum([np.where(valid, total, 0.0), valid.astype(np.float64)], axis=1)], axis=1
     )
     low, high = np.maximum(np.arange(frames) - half, 0), np.minimum(np.arange(frames) + half + 1, frames)
     light, count = sums[:, high] - sums[:, low]
-    return np.asarray(light / np.maximum(count, 1.0), np.float64)
+    known = np.flatnonzero(count)
+    if not len(known):
+        return np.zeros(frames)
+    return np.asarray(np.interp(np.arange(frames), known, light[known] / count[known]), np.float64)
 
 
 def _long_fall(total: Floats, valid: Mask) -> Change | None:
@@ -88,7 +95,7 @@ def _long_fall(total: Floats, valid: Mask) -> Change | None:
     if steady <= 0 or last < 1 or last > len(trend) - 2 * half:
         return None
     if float(trend[:last].max()) > steady + max(_DRIFTS * steady, allowed):
-        return None  # it fell from the beginning on, as that of a lamp
+        return None  # it falls from the beginning on, as the light of a lamp that fades
     return Change(trend / steady, half, slice(last, len(total)))
 
 

@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 
 from instrument.analysis.leaving import share_inside
+from instrument.analysis.position_doubts import position_doubts
 from instrument.measurement import Measurement
 from instrument.reconstruction import Reconstruction
 from instrument.tracking import Trajectory
@@ -19,10 +20,10 @@ _INSIDE: Final = 0.98
 """Share of the object that is inside the field where it stays there."""
 
 _LIT: Final = 0.25
-"""Part of the brightest pixel from which on a pixel is lit,"""
+"""Transmission over that of the brightest pixel above which a pixel is lit."""
 
 _BORDER: Final = 0.1
-"""and part of a side of the image that is lit where the object reaches across it."""
+"""Share of the pixels along a side of the image that are lit from which on the object reaches across that side."""
 
 _MISFIT: Final = 1.5
 """Misfit above which the figures warn."""
@@ -37,7 +38,8 @@ _FEW_FRAMES: Final = 64
 """Frames below which no image helps to find the path."""
 
 _VAGUE: Final = 1 / 8
-"""Uncertainty over the period of the fringes, above which a path may be off by whole periods."""
+"""Standard deviation over the period of the fringes above which a path may be off by whole periods: errors of half a
+period, which lead to a wrong one, are then within four standard deviations."""
 
 
 def doubts_of(
@@ -56,13 +58,23 @@ def doubts_of(
         *_border_doubts(used, trajectory, reconstruction),
         *_frame_doubts(used, trajectory, reconstruction),
         *_path_doubts(measurement, trajectory),
+        *(
+            ()
+            if trajectory is None
+            else position_doubts(measurement, beside_background=_has_background(reconstruction))
+        ),
         *(_misfit_doubts(reconstruction) if trajectory is None or used >= _FEW_FRAMES else ()),
         *_moment_doubts(measurement),
     )
 
 
+def _has_background(reconstruction: Reconstruction | None) -> bool:
+    """Whether light of something that stands still was found beside the object."""
+    return reconstruction is not None and reconstruction.still is not None
+
+
 def _path_doubts(measurement: Measurement, trajectory: Trajectory | None) -> tuple[str, ...]:
-    """Say where the values leave the displacement open."""
+    """Say that the path may be off by whole periods of the fringes."""
     sigma_px = vague_px(measurement, trajectory)
     position = measurement.scheme.position
     if sigma_px is None or position is None:
@@ -128,14 +140,17 @@ def _frame_doubts(used: int, trajectory: Trajectory | None, reconstruction: Reco
     if used < 2 and trajectory is not None:
         image = "" if reconstruction is None else ", and its image is hardly more than its total light"
         return (f"one frame cannot tell of a motion{image}: record more frames",)
-    if reconstruction is None or trajectory is None:
+    if reconstruction is None:
         return ()
     if used < _FEW_FRAMES:
+        path = "the path is that of the position patterns alone, with an uncertainty that their own scatter tells"
         few = (
-            f"{used} frames are too few for an image: it is a guess, and the path is that of the position patterns alone, with "
-            f"an uncertainty that their own scatter tells; record {_FEW_FRAMES} or more, better some hundred"
+            f"{used} frames are too few for an image: it is a guess{'' if trajectory is None else f', and {path}'}; record "
+            f"{_FEW_FRAMES} or more, better some hundred"
         )
         return (few,)
+    if trajectory is None:
+        return ()
     if entangled(reconstruction, used):
         why = (
             "too few frames to judge the result: motion and image have half as many unknowns as there are values and explain "
@@ -163,7 +178,7 @@ def _border_doubts(used: int, trajectory: Trajectory | None, reconstruction: Rec
 
 
 def _light_doubts(measurement: Measurement, *, stays: bool) -> tuple[str, ...]:
-    """Say what a light that changes may be, unless it was found to be the object that comes, or leaves."""
+    """Say what may change the light, unless the object was found to come into the field or to leave it."""
     found: list[str] = []
     light_change = measurement.light_change()
     crosses = any(finding.kind in {"comes into the field", "leaves the field"} for finding in measurement.findings)

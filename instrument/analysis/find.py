@@ -13,7 +13,8 @@ from instrument.tracking import Trajectory, track, with_start
 from protocols import InputError
 
 _DARK_FRAMES: Final = 8
-"""Frames at the beginning and at the end of which none was measured, up to which the path is drawn on."""
+"""Longest row of frames without a measured one, at either end of a run, over which the path is extrapolated. Beyond a longer row
+nothing is claimed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,15 +54,18 @@ def find_path(measurement: Measurement, tracking: Tracking, mean_filter: int | N
     if measurement.scheme.position is None:
         return Found(measurement)
     way: TrackingMethod = "per-frame" if tracking == "per-frame" else "smooth"
-    path = track(measurement, way, mean_filter=mean_filter)
-    return Found(measurement, path.relative_to(_reference_frame(measurement)) if tracking == "joint" else path)
+    reference = reference_frame_of(measurement) if tracking == "joint" else 0
+    return Found(measurement, track(measurement, way, mean_filter=mean_filter, reference_frame=reference))
 
 
-def _reference_frame(measurement: Measurement) -> int:
-    """Frame that displacement and image are to refer to: the first one, unless the run begins in the dark."""
+def reference_frame_of(measurement: Measurement) -> int:
+    """Frame that displacement and image are to refer to: 0, or the first measured one of a run that begins in the dark.
+
+    A scheme that measures where the object is at frame 0 keeps that frame.
+    """
     position, first = measurement.scheme.position, int(np.argmax(measurement.valid))
-    counts = position is not None and position.period_px is not None and position.ramps is None
-    return first if counts and measurement.scheme.image_rows is not None and first > _DARK_FRAMES else 0
+    relative = position is not None and position.period_px is not None and position.ramps is None
+    return first if relative and measurement.scheme.image_rows is not None and first > _DARK_FRAMES else 0
 
 
 def find_image(

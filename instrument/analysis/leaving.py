@@ -15,12 +15,12 @@ import numpy as np
 
 from instrument.analysis.causes import FEWEST_FRAMES
 from instrument.analysis.changing_light import Change, fall_of, means, rise_of
-from instrument.analysis.find import Found, find_path, placed_at
+from instrument.analysis.find import Found, placed_at, reference_frame_of
 from instrument.choices import Background, Grid, Shape
 from instrument.joint import refine
 from instrument.measurement import Finding, FindingKind, Measurement, first_light
 from instrument.reconstruction import reconstruct
-from instrument.tracking import Trajectory
+from instrument.tracking import Trajectory, track
 from protocols import Floats, InputError, Mask
 
 _OUT: Final = 0.02
@@ -30,17 +30,22 @@ _SEEN: Final = 0.5
 """Share of the object that must be inside for a frame to be used."""
 
 _AGREE: Final = 0.2
-"""Share of the missing light that may be missing otherwise, or not be missing: objects that cross the border differ by 0.003 to
-0.16, and a lamp whose drift looked most like one by 0.25,"""
+"""Mean difference of the light from what the object's image and path predict, over the light that they predict to be missing, up
+to which the object is believed to cross the border: objects that did differed by 0.003 to 0.16, and the lamp whose drift looked
+most like one by 0.25."""
 
 _AGREE_SHORT: Final = 0.5
-"""and where the light changes in a tenth of the run or less, in which a lamp hardly drifts, but flickers."""
+"""The same where the light changes in a tenth of the run or less: in so short a time a lamp hardly drifts, though it flickers."""
 
 _SHORT: Final = 10
-"""That part of a run."""
+"""Frames of a run over those in which the light changes, from which on the change is short."""
 
 _MORE_PX: Final = 3
-"""Width around the region of an object that is inside by which it is larger where the object crosses the border."""
+"""Pixels that are added at each side to the region of the object's image where the object crosses the border of the field."""
+
+_FITTED: Final = (3, 1)
+"""The parabola that the path is extrapolated by goes through a third of what is known of it, or through all: that which explains
+the light better is taken. A third follows a path that bends otherwise before, all of it is surer in little light."""
 
 _OBJECT: Final = 0.1
 """Share of the brightest pixel above which a pixel is the object's."""
@@ -60,10 +65,13 @@ class Crossing:
     """``(frames,)``: share of the object that is inside the field."""
 
     first_frame: int
-    """First frame in which it is wholly inside."""
+    """First frame in which it is wholly inside, by the light, or first that was measured."""
+
+    fitted: int
+    """Which part of the path it is extrapolated by, as in ``going_on``."""
 
     end_frame: int
-    """Frame after the last one in which it is."""
+    """Frame after the last one in which it is wholly inside, by the light."""
 
 
 def crossing(measurement: Measurement) -> Crossing | None:
@@ -75,8 +83,10 @@ def crossing(measurement: Measurement) -> Crossing | None:
     scheme = measurement.scheme
     if scheme.position is None or scheme.image_rows is None:
         return None
-    fall = fall_of(measurement.total, measurement.valid)
-    rise = None if scheme.position.period_px is None else rise_of(measurement.total, measurement.valid)
+    dark = _without_light(measurement)
+    total, known = np.where(dark, 0.0, measurement.total), measurement.valid | dark
+    fall = fall_of(total, known)
+    rise = None if scheme.position.period_px is None else rise_of(total, known)
     if rise is not None and fall is not None:  # the lamp may make one of them
         return _seen(measurement, rise, fall) or _seen(measurement, None, fall) or _seen(measurement, rise, None)
     return _seen(measurement, rise, fall)
@@ -85,28 +95,49 @@ def crossing(measurement: Measurement) -> Crossing | None:
 def _seen(measurement: Measurement, rise: Change | None, fall: Change | None) -> Crossing | None:
     """Follow the object where the light is steady; None where it is not outside by as much as light is missing elsewhere."""
     frames = len(measurement)
-    first, end = 0 if rise is None else rise.frames.stop, frames if fall is None else fall.frames.start
+    first = reference_frame_of(measurement) if rise is None else rise.frames.stop
+    end = frames if fall is None else fall.frames.start
     if (rise is None and fall is None) or end - first < FEWEST_FRAMES:
         return None
     inside = (np.arange(frames) >= first) & (np.arange(frames) < end)
     try:
         whole = first_light(replace(measurement, valid=measurement.valid & inside))
-        found = find_path(whole, "smooth", None).trajectory
-        if found is None or found.angle_deg is not None:
+        found = track(whole, reference_frame=first)
+        if found.angle_deg is not None:
             return None
-        path = going_on(found.relative_to(first), first, end)
-        image = reconstruct(whole, path, "tv").at_patterns
-    except InputError:  # no object is to be followed where the light is steady
+        image = reconstruct(whole, found, "tv").at_patterns
+    except (InputError, np.linalg.LinAlgError):  # no object can be followed where the light is steady
         return None
-    share = share_inside(image, path.displacement_px)
-    for change in (rise, fall):
-        if change is not None:
-            expected = means(share, measurement.valid, change.half)[change.frames]
-            off = float(np.abs(change.light[change.frames] - expected).mean())
-            agree = _AGREE_SHORT if _SHORT * len(expected) <= frames else _AGREE
-            if share[change.frames].min() > 1 - _OUT or off > agree * float(1 - expected.mean()):
-                return None
-    return Crossing(whole, path, share, first, end)
+    changes = [change for change in (rise, fall) if change is not None]
+    tried: list[tuple[float, Crossing]] = []
+    for fitted in _FITTED:
+        path = going_on(found, first, end, fitted)
+        share = share_inside(image, path.displacement_px)
+        off = max(_disagreement(change, share, measurement) for change in changes)
+        tried.append((off, Crossing(whole, path, share, first, fitted, end)))
+    off, crossed = min(tried, key=lambda one: one[0])
+    return crossed if off <= 1 else None
+
+
+def _disagreement(change: Change, share: Floats, measurement: Measurement) -> float:
+    """Give by how much the light differs from the share that is inside, over what is allowed; infinite where all of it stays."""
+    if share[change.frames].min() > 1 - _OUT:
+        return np.inf
+    dark = _without_light(measurement)
+    lit = np.where(dark & (share < _SEEN), 0.0, share)  # extrapolated so far, the path is in error itself
+    expected = means(lit, measurement.valid | dark, change.half)[change.frames]
+    off, missing = float(np.abs(change.light[change.frames] - expected).mean()), float(1 - expected.mean())
+    agree = _AGREE_SHORT if _SHORT * len(expected) <= len(measurement) else _AGREE
+    return off / (agree * missing) if missing > 0 else np.inf
+
+
+def _without_light(measurement: Measurement) -> Mask:
+    """``(frames,)``: frames that were masked because there was no light in them."""
+    dark = np.zeros(len(measurement), np.bool_)
+    for finding in measurement.findings:
+        if finding.kind == "no light":
+            dark[list(finding.frames)] = True
+    return dark
 
 
 def follow(found: Crossing, valid: Mask, background: Background, grid: Grid, *, shape: Shape = "rigid") -> Found:
@@ -127,7 +158,7 @@ def follow(found: Crossing, valid: Mask, background: Background, grid: Grid, *, 
     inside = refine(found.whole, found.trajectory, grid=finer, background=behind)
     refined = Found(inside.measurement, inside.trajectory, inside.image, inside.refinements)
     if inside.image.still is None:
-        path = going_on(inside.trajectory, found.first_frame, found.end_frame)
+        path = going_on(inside.trajectory, found.first_frame, found.end_frame, found.fitted)
         share = share_inside(inside.image.at_patterns, path.displacement_px)
         seen = replace(inside.measurement, valid=valid & (share >= _SEEN))
         region = inside.image.region.grown(_MORE_PX, len(inside.image.at_patterns))
@@ -141,18 +172,25 @@ def follow(found: Crossing, valid: Mask, background: Background, grid: Grid, *, 
     return _told(replace(refined, trajectory=path), found)
 
 
-def going_on(trajectory: Trajectory, first_frame: int, end_frame: int) -> Trajectory:
-    """Let a path that is known from a frame to another go on as it went, both ways: along parabolas through its outer thirds."""
+def going_on(trajectory: Trajectory, first_frame: int, end_frame: int, fitted: int = 3) -> Trajectory:
+    """Extrapolate a path that is known from one frame to before another, both ways, along parabolas through its outer parts.
+
+    Args:
+        trajectory: the path.
+        first_frame: first frame in which it is known.
+        end_frame: frame after the last one.
+        fitted: known frames over those that each parabola goes through.
+    """
     place_px = trajectory.displacement_px.copy()
-    place_px[first_frame:] = _onwards(place_px[first_frame:], end_frame - first_frame)
-    place_px[:end_frame] = _onwards(place_px[:end_frame][::-1], end_frame - first_frame)[::-1]
+    place_px[first_frame:] = _onwards(place_px[first_frame:], end_frame - first_frame, fitted)
+    place_px[:end_frame] = _onwards(place_px[:end_frame][::-1], end_frame - first_frame, fitted)[::-1]
     return replace(trajectory, displacement_px=place_px)
 
 
-def _onwards(place_px: Floats, end_frame: int) -> Floats:
-    """Let places, ``(frames, 2)``, that are known before a frame go on from there along a parabola through their last third."""
+def _onwards(place_px: Floats, end_frame: int, fitted: int) -> Floats:
+    """Extrapolate places, ``(frames, 2)``, that are known before a frame."""
     frame = np.arange(len(place_px)) - (end_frame - 1)
-    used = slice(end_frame - end_frame // 3, end_frame)
+    used = slice(end_frame - end_frame // fitted, end_frame)
     fit = np.polynomial.polynomial.polyfit(frame[used], place_px[used], 2)
     onwards = np.polynomial.polynomial.polyval(frame[end_frame:].astype(np.float64), fit).T
     return np.concatenate([place_px[:end_frame], onwards + place_px[end_frame - 1] - fit[0]])
@@ -176,7 +214,7 @@ def share_inside(image: Floats, displacement_px: Floats) -> Floats:
 
 
 def _told(found: Found, crossed: Crossing) -> Found:
-    """Say of the measurement that the object comes, and leaves."""
+    """Add to the findings that the object comes into the field, leaves it, or both."""
     out = np.flatnonzero(crossed.share < 1 - _OUT)
     findings = list(found.measurement.findings)
     kinds: tuple[FindingKind, FindingKind] = "comes into the field", "leaves the field"
@@ -184,7 +222,7 @@ def _told(found: Found, crossed: Crossing) -> Found:
         if len(frames):
             comes = kind == "comes into the field"
             when = f"until frame {frames[-1] + 1}" if comes else f"from frame {frames[0]} on"
-            against = f", displacement and image are those of frame {crossed.first_frame}" if comes else ""
+            against = f"; displacement and image are those of frame {crossed.first_frame}" if comes else ""
             used = int(np.count_nonzero(found.measurement.valid[frames]))
             how = f"{used} of these {len(frames)} frames are used" if used else "no frame of these is used"
             text = f"the object {kind} {when}"

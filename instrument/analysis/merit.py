@@ -51,7 +51,7 @@ class Figures(Frozen):
     """Its distance from the centroid of the true image."""
 
     reference_frame: NonNegativeInt = 0
-    """Frame that displacement and image are relative to; the centroid is that at frame 0."""
+    """Frame that displacements are relative to, and that the image shows."""
 
     motion_px: MotionFit | None = None
     """Travel, speed and acceleration in px, of a parabola fitted to the path; None where its covariance is not known."""
@@ -63,20 +63,21 @@ class Figures(Frozen):
     """What the stage did, held against what it was told; None where the plan moved nothing."""
 
     turn_deg: float | None = None
-    """Angle of the last frame against frame 0, clockwise as one looks at the picture; None where none was seen."""
+    """Angle of the last frame in which the displacement is known, against ``reference_frame``, clockwise as one looks at the
+    picture; None where none was seen."""
 
     turn_sigma_deg: NonNegativeFloat | None = None
-    """Its stated standard deviation, that of the last frame."""
+    """Its stated standard deviation in that frame."""
 
     growth: float | None = None
-    """Size of the object in the last frame over that in frame 0, less 1; None where it was not found to change."""
+    """Size of the object in that frame over that in ``reference_frame``, less 1; None where it was not found to change."""
 
     growth_sigma: NonNegativeFloat | None = None
-    """Its stated standard deviation, that of the last frame."""
+    """Its stated standard deviation in that frame."""
 
     displacement_mse_px2: float | None = None
-    """Mean squared error of the displacement over both axes and the frames in which it is known, relative to frame 0, or to the
-    frame that displacements are relative to."""
+    """Mean squared error of the displacement over both axes and the frames in which it is known, relative to
+    ``reference_frame``."""
 
     displacement_mse_offset_free_px2: float | None = None
     """Mean squared error of the displacement after a constant shift is removed."""
@@ -265,19 +266,19 @@ def _path_figures(trajectory: Trajectory | None, truth: Truth | None) -> dict[st
     found_px, finite = trajectory.displacement_px, np.isfinite(trajectory.sigma_px)
     sigma_px = float(np.median(trajectory.sigma_px[finite])) if finite.any() else np.inf
     figures: dict[str, Any] = {
-        "travel_px": tuple(found_px[_last_known(trajectory)].tolist()),
+        "travel_px": tuple(found_px[trajectory.last_known].tolist()),
         "sigma_px": sigma_px if np.isfinite(sigma_px) and sigma_px > 0 else None,
         "reference_frame": trajectory.reference_frame,
         "motion_px": trajectory.motion_px,
         "motion_mm": trajectory.motion_mm,
     }
     if trajectory.angle_deg is not None and trajectory.angle_sigma_deg is not None:
-        turn_sigma = float(trajectory.angle_sigma_deg[-1])
-        figures["turn_deg"] = float(trajectory.angle_deg[-1])
+        turn_sigma = float(trajectory.angle_sigma_deg[trajectory.last_known])
+        figures["turn_deg"] = float(trajectory.angle_deg[trajectory.last_known])
         figures["turn_sigma_deg"] = turn_sigma if np.isfinite(turn_sigma) else None
     if trajectory.magnification is not None and trajectory.magnification_sigma is not None:
-        figures["growth"] = float(trajectory.magnification[-1] - 1)
-        figures["growth_sigma"] = float(trajectory.magnification_sigma[-1])
+        figures["growth"] = float(trajectory.magnification[trajectory.last_known] - 1)
+        figures["growth_sigma"] = float(trajectory.magnification_sigma[trajectory.last_known])
     if trajectory.start_px is not None and trajectory.start_sigma_px is not None:
         figures["start_px"] = tuple(trajectory.start_px.tolist())
         figures["start_sigma_px"] = tuple(trajectory.start_sigma_px.tolist())
@@ -290,12 +291,6 @@ def _path_figures(trajectory: Trajectory | None, truth: Truth | None) -> dict[st
         figures["displacement_mse_px2"] = displacement_mse(found_px[known], truth_px[known])
         figures["displacement_mse_offset_free_px2"] = offset_free_mse(found_px[known], truth_px[known])
     return figures
-
-
-def _last_known(trajectory: Trajectory) -> int:
-    """The last frame in which the displacement is known; the last one where nobody knows it of any."""
-    known = np.flatnonzero(np.isfinite(trajectory.sigma_px).all(axis=1))
-    return int(known[-1]) if len(known) > 1 else -1
 
 
 def _centroid_px(image: Floats) -> Floats:

@@ -24,8 +24,8 @@ class StageFigures(Frozen):
     """The stage's run."""
 
     commanded_mm: float
-    """Travel that was commanded from the middle of the frame that displacements are relative to, to that of the last one in which
-    the object was seen, with its sign."""
+    """Travel that was commanded, with its sign: from the middle of the frame that displacements are relative to, to the middle of
+    the last frame, or, where the object is not seen until the end, of the one at which ``MotionFit.travel`` ends."""
 
     travel_ratio: Quantity | None
     """Travel of the image, in mm by the calibration, over the one commanded; None without a calibration."""
@@ -113,8 +113,7 @@ def stage_figures(recording: Recording, trajectory: Trajectory) -> StageFigures 
     if motion is None or len(trajectory) < 2:
         return None
     run_s, middle_s = recording.plan.run_time_s, trajectory.time_s
-    last = -1 if trajectory.covariance is None else trajectory.covariance.frame[-1]
-    begun_s, ended_s = float(middle_s[trajectory.reference_frame]), float(middle_s[last])
+    begun_s, ended_s = float(middle_s[trajectory.reference_frame]), float(middle_s[_travels_until(trajectory)])
     commanded_mm = motion.position_mm(run_s, ended_s) - motion.position_mm(run_s, begun_s)
     fit = trajectory.motion_mm
     ratio = None
@@ -141,7 +140,7 @@ def _direction(trajectory: Trajectory, commanded_mm: float) -> tuple[float | Non
     if scale is None:
         return None, ()
     expected_px = commanded_mm * np.array([scale.px_per_mm_x, scale.px_per_mm_y])
-    moved_px = trajectory.displacement_px[-1 if trajectory.covariance is None else trajectory.covariance.frame[-1]]
+    moved_px = trajectory.displacement_px[_travels_until(trajectory)]
     if min(np.hypot(*expected_px), np.hypot(*moved_px)) < _FEWEST_PX:
         return None, ()
     expected, moved = (float(np.rad2deg(np.arctan2(y, x))) for x, y in (expected_px, moved_px))
@@ -152,6 +151,11 @@ def _direction(trajectory: Trajectory, commanded_mm: float) -> tuple[float | Non
         way for way in ORIENTATIONS if abs(_within_half_a_turn(upright_angle_deg(moved, way) - expected)) < _AWAY_DEG
     ]
     return away_deg, tuple(ways)
+
+
+def _travels_until(trajectory: Trajectory) -> int:
+    """Give the frame at which the fitted travel ends: the last one whose covariance is known."""
+    return trajectory.last_known if trajectory.covariance is None else int(trajectory.covariance.frame[-1])
 
 
 def _within_half_a_turn(angle_deg: float) -> float:

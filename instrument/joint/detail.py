@@ -82,4 +82,4 @@ def _plain(trajectory: Trajectory) -> Trajectory:
     place = np.linspace(-1, 1, len(trajectory))
     fits = chebyshev.chebfit(place, trajectory.displacement_px, _PLAIN_DEGREE)
     plain_px = chebyshev.chebval(place, fits).T
-    return replace(trajectory, displacement_px=np.asarray(plain_px - plain_px[0], np.float64))
+    return replace(trajectory, displacement_px=np.asarray(plain_px - plain_px[trajectory.reference_frame], np.float64))

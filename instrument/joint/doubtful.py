@@ -60,12 +60,12 @@ def of_offsets(evidence: Evidence, covariance: Floats, frame: Integers, path: Tr
 
 
 def of_uneven_light(total: Floats, trajectory: Trajectory, image: Singles, grid: int) -> Floats:
-    """``(frames, 2)``: variance of the displacements from frame 0 if the light changes because the field is not evenly lit.
+    """``(frames, 2)``: variance of the displacements if the light changes because the field is not evenly lit.
 
     The total light does not tell whether the lamp changes or the field is brighter where the object comes to. A lamp moves
     nothing. But where the field is brighter to one side of the object, that side counts for more, and the object seems to be
     there: by the relative gradient of the light times the variance of the object's light about its middle. What that changes
-    since frame 0 may be an error of the displacement.
+    since the path's reference frame may be an error of the displacement.
 
     Args:
         total: ``(frames,)`` total light, not divided by the lamp; NaN where it is not known.
@@ -92,7 +92,7 @@ def of_uneven_light(total: Floats, trajectory: Trajectory, image: Singles, grid:
     least = _RESTS * float(length_px[-1]) / frames
     # Over the mean light and not that of the moment, so that a lamp which drifts evenly with the path makes nothing uncertain.
     slopes = np.gradient(powers, axis=0) / (light.mean() * np.maximum(speed_px, least))[:, None]
-    since = slopes - slopes[0]  # derivative of the gradient's change since frame 0 by the coefficients
+    since = slopes - slopes[trajectory.reference_frame]  # derivative of the gradient's change by the coefficients
     by_chance = noise * np.einsum("fp,pq,fq->f", since, covariance, since)
     changed = (since @ fit) ** 2
     if not (changed > _CERTAIN * by_chance + _TINY).any():

@@ -34,10 +34,10 @@ class Refined:
     """Path and image that explain the values together."""
 
     trajectory: Trajectory
-    """Displacement with its uncertainty, relative to frame 0."""
+    """Displacement with its uncertainty, relative to ``reference_frame``."""
 
     image: Reconstruction
-    """Image at frame 0."""
+    """Image at the reference frame of the path."""
 
     refinements: int
     """Number of refinements of the path; 0 where the one given was kept."""

@@ -1,7 +1,8 @@
 """Frames without light: a shutter, a lamp that was off, or an object that is not there and lets none through.
 
-Of such frames no pattern tells anything, and their noise must not be taken for values that slipped to other patterns, nor be
-divided by their light. A lamp that flickers is dark for less than the time looked at, and one that fades is never.
+Such frames tell nothing of the patterns. Their noise must not be taken for values that slipped to other patterns, nor be divided
+by their light. A lamp that flickers is dark for fewer frames than are looked at. One that fades is dark when less than a fiftieth
+of its light is left.
 """
 
 from typing import Final
@@ -11,16 +12,16 @@ import numpy as np
 from protocols import Floats, Mask
 
 _FRAMES: Final = 9
-"""Frames in a row that must be dark, in the mean."""
+"""Frames in a row whose mean light is looked at."""
 
 _DARK: Final = 0.02
-"""Share of the light of bright frames up to which they are."""
+"""Mean light over that of bright frames, below which these frames are dark."""
 
 _DIM: Final = 0.1
-"""Share of it that must be told from darkness, for dim frames not to be taken for dark ones,"""
+"""Mean light over that of bright frames that must be told from ``_DARK``, so that dim frames are not taken for dark ones."""
 
 _SURE: Final = 4.0
-"""by so many standard deviations: of few photons nobody can tell."""
+"""Standard deviations by which both must differ. Where photons are too few for that, no frame is called dark."""
 
 
 def dark_frames(total: Floats, *, photon_counts: bool) -> Mask:

@@ -5,6 +5,7 @@ from typing import Literal, TypeAlias
 
 FindingKind: TypeAlias = Literal[
     "impossible counts",
+    "stuck counts",
     "no light",
     "shifted patterns",
     "wild counts",

@@ -19,8 +19,8 @@ _FEWEST_FRAMES: Final = 64
 """Frames from which a leak can be told from chance."""
 
 _SIGNIFICANT: Final = 3.5
-"""Standard deviations of the slope from which on a leak is taken: chance 1 in 4,000. Of c, which bends the slope, they would seem
-more: where light is low, a slope of 0.6 +- 0.3 is c = 0.27 +- 0.07."""
+"""Standard deviations of the slope above which a leak is believed: chance makes one in 4,000 runs. The slope is judged, not c,
+which seems surer than it is where light is low: a slope of 0.6 +- 0.3, two standard deviations, is c = 0.27 +- 0.06, four."""
 
 _MOST: Final = 0.4
 """A larger share is no leak, but a wrong order of the patterns."""
@@ -110,6 +110,6 @@ def leak_seen(values: Floats, variance: Floats, valid: Mask, scheme: Scheme) -> 
     left = fast_first - slope * fast_before
     slope_sigma = float(np.sqrt(_ALIKE * np.mean(left**2) * float(fast_before @ fast_before))) / power
     share, sigma = slope / (1 + 2 * slope), slope_sigma / (1 + 2 * slope) ** 2
-    if slope < _SIGNIFICANT * slope_sigma or share > _MOST:
+    if not slope > _SIGNIFICANT * slope_sigma or share > _MOST:  # without noise, at rest, both are 0
         return None
     return Parameter(value=share, sigma=sigma, source="fitted")

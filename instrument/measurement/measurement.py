@@ -77,7 +77,7 @@ class Measurement:
     """What the screening of the counts found, and mended or masked."""
 
     slips: Slips | None = None
-    """Where values stood when they came; None where nobody asked."""
+    """By how many patterns the values came late or early; None where this was not looked for."""
 
     @classmethod
     def of(cls, recording: "Recording | Measurement", slips: Slips | None = None) -> "Measurement":
@@ -85,7 +85,7 @@ class Measurement:
 
         Args:
             recording: the recording.
-            slips: where its values stand; None where its counts are to tell.
+            slips: by how many patterns its values came late or early; None to find that by its counts.
 
         Raises:
             InputError: there are more counts than the dead time allows, or the argument is no recording.

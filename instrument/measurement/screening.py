@@ -1,7 +1,8 @@
 """The screening of a recording before anything is made of it: what its counts say of themselves.
 
-In this order: counts that no counter gives, frames without light, values that slipped to other patterns, single wild ones, and
-patterns that were wired otherwise than planned. What can be mended is mended, what cannot is NaN, and each is told.
+In this order: counts that no counter gives, counts that stand still, frames without light, values that slipped to other patterns,
+single wild ones, and patterns that were wired otherwise than planned. What can be mended is mended, what cannot is NaN, and all
+of it is told.
 """
 
 from dataclasses import dataclass, replace
@@ -15,6 +16,7 @@ from instrument.measurement.finding import Finding
 from instrument.measurement.ripple import lamp_factor, ripples_seen
 from instrument.measurement.slip_evidence import SlipEvidence
 from instrument.measurement.slips import Change, Segment, Slips, in_step_again, moved_back, slips_of
+from instrument.measurement.stuck_counts import saturated, stuck_counts
 from instrument.measurement.suspects import suspects
 from instrument.measurement.wild_counts import wild_counts
 from instrument.measurement.wiring import Wiring, rewired, wiring_of
@@ -29,10 +31,10 @@ _LISTED: Final = 5
 """Places that a sentence lists."""
 
 _DEEP: Final = 0.5
-"""Brightness over its mean to which a lamp must fall for its flicker to be taken out before slips are looked for,"""
+"""Brightness of a lamp over its mean below which its flicker is taken out before slips are looked for."""
 
 _DARK_LAMP: Final = 0.2
-"""and below which nothing is looked for."""
+"""Brightness of a lamp over its mean below which no slip is looked for."""
 
 _DEAD: Final = 0.9
 """Share of the time dead at most that is corrected for here: beyond, a count is wild in any case."""
@@ -49,7 +51,7 @@ class Screened:
     """What was found."""
 
     slips: Slips
-    """Where values stood."""
+    """By how many patterns values came late or early."""
 
     inverted: Recording | None = None
     """The recording with the values of inverted pictures, whose noise those of the position patterns have; None where the
@@ -61,7 +63,7 @@ def screened(recording: Recording, slips: Slips | None = None) -> Screened:
 
     Args:
         recording: as it was recorded.
-        slips: where values stand; None where the counts are to tell.
+        slips: by how many patterns values came late or early; None to find that by the counts.
     """
     recording = replace(recording, frame_valid=usable_frames(recording))
     scheme = scheme_of(recording.plan)
@@ -70,6 +72,13 @@ def screened(recording: Recording, slips: Slips | None = None) -> Screened:
     impossible = _impossible(recording)
     values[impossible] = np.nan
     findings += _tell_impossible(recording, impossible)
+
+    stuck = stuck_counts(values, photon_counts=recording.photon_counts)
+    values[stuck] = np.nan
+    findings += [
+        *_tell_stuck(stuck),
+        *_tell_saturated(values, saturated(values, photon_counts=recording.photon_counts)),
+    ]
 
     dark = dark_frames(values @ scheme.light_weights, photon_counts=recording.photon_counts)
     values[dark] = np.nan
@@ -96,7 +105,9 @@ def screened(recording: Recording, slips: Slips | None = None) -> Screened:
     # The frame that is all on may be the first one, near which a shift from the start is not sure.
     seen = light.copy()
     seen[:1] = np.where(np.isfinite(light[:1]), light[:1], likely[:1])
-    if doubtful:  # values may all be of other patterns, which path and image will tell, but no frame by itself
+    if (
+        doubtful
+    ):  # all values may be of other patterns: path and image will tell, so the wiring is not judged by any frame
         seen[:] = np.nan
     wiring, frames, share = wiring_of(seen, variance, scheme, recording.plan.image_size)
     findings += _tell_wiring(wiring, tuple(frames.tolist()), share)
@@ -137,7 +148,10 @@ def slips_of_counts(values: Floats, valid: Mask, scheme: Scheme, *, photon_count
 
 
 def suspects_of_counts(values: Floats, valid: Mask, scheme: Scheme, *, photon_counts: bool) -> tuple[Change, ...]:
-    """Find the likeliest places of one change of the shift, whether or not there is any; see ``suspects``. As above otherwise."""
+    """Find the likeliest places of one change of the shift, whether or not there is any; see ``suspects``.
+
+    Arguments as in ``slips_of_counts``.
+    """
     evidence = SlipEvidence.of(*_asked(values, valid, scheme, photon_counts=photon_counts))
     return () if evidence is None else suspects(evidence)
 
@@ -145,7 +159,7 @@ def suspects_of_counts(values: Floats, valid: Mask, scheme: Scheme, *, photon_co
 def _asked(
     values: Floats, valid: Mask, scheme: Scheme, *, photon_counts: bool
 ) -> tuple[Floats, Mask, Floats, tuple[int, int] | None]:
-    """Give what ``slips_of`` asks for."""
+    """Give the arguments of ``slips_of``: light, wild values, variance and the columns of a pair."""
     known = np.where(valid[:, None], values, np.nan)
     variance = _variance(values, valid, scheme, photon_counts=photon_counts)
     return known, wild_counts(known, variance, _pair(scheme)), variance, _pair(scheme)
@@ -221,15 +235,28 @@ def _tell_impossible(recording: Recording, impossible: Mask) -> list[Finding]:
     ]
 
 
+def _tell_stuck(stuck: Mask) -> list[Finding]:
+    if not stuck.any():
+        return []
+    frames = np.asarray(stuck.any(axis=1), bool)
+    text = f"{_number(int(stuck.sum()), 'equal value')} in a row masked: frames {_spans(frames)}"
+    why = "a detector that is saturated, or a counter that hangs"
+    return [Finding("stuck counts", _frames(frames), text, f"{text} ({why})")]
+
+
+def _tell_saturated(values: Floats, highest: Mask) -> list[Finding]:
+    if not highest.any():
+        return []
+    text = f"{np.count_nonzero(highest)} values are {values[highest][0]:g}, and none is higher"
+    why = "the detector saturates at bright patterns, so that path and image may be wrong: lower the light"
+    return [Finding("stuck counts", _frames(np.asarray(highest.any(axis=1), bool)), text, f"{text}: {why}")]
+
+
 def _tell_dark(dark: Mask) -> list[Finding]:
     if not dark.any():
         return []
     frames = _frames(dark)
-    ends = np.flatnonzero(np.diff(dark.astype(np.int8), prepend=0, append=0))
-    spans = ", ".join(f"{first} to {end - 1}" for first, end in ends.reshape(-1, 2)[:_LISTED].tolist())
-    text = f"{_number(len(frames), 'frame')} without light masked: {spans}" + (
-        ", ..." if len(ends) > 2 * _LISTED else ""
-    )
+    text = f"{_number(len(frames), 'frame')} without light masked: {_spans(dark)}"
     why = "no object in the field, a shutter, or a lamp that was off"
     return [Finding("no light", frames, text, f"{text} ({why})")]
 
@@ -247,7 +274,7 @@ def _tell_strange(goes: Mask) -> list[Finding]:
     if goes.all():
         return []
     frames = _frames(~goes)
-    text = f"{_number(len(frames), 'frame')} masked beside ones that go with no neighbour: {_ranges(frames)}"
+    text = f"{_number(len(frames), 'frame')} masked beside ones that go with no neighbour: {_listed(frames)}"
     why = "as after a sync edge lost and one gained, or a jump of the object"
     return [Finding("shifted patterns", frames, text, f"{text} ({why})")]
 
@@ -316,7 +343,14 @@ def _places(which: Mask) -> str:
     return ", ".join(places) + (", ..." if np.count_nonzero(which) > _LISTED else "")
 
 
-def _ranges(frames: tuple[int, ...]) -> str:
+def _spans(frames: Mask) -> str:
+    """List the first and the last frame of each row of frames."""
+    ends = np.flatnonzero(np.diff(frames.astype(np.int8), prepend=0, append=0)).reshape(-1, 2)
+    spans = [f"{first} to {end - 1}" for first, end in ends[:_LISTED].tolist()]
+    return ", ".join(spans) + (", ..." if len(ends) > _LISTED else "")
+
+
+def _listed(frames: tuple[int, ...]) -> str:
     return ", ".join(str(frame) for frame in frames[:_LISTED]) + (", ..." if len(frames) > _LISTED else "")
 
 

@@ -60,7 +60,7 @@ class Segment:
     """First pattern whose value is not where it was before, as far as the values tell."""
 
     within: tuple[int, int] | None = None
-    """The first and the last pattern that it may be; None where nobody asked."""
+    """The first and the last pattern that ``first_pattern`` may be; None where the range is not known."""
 
 
 @dataclass(frozen=True)

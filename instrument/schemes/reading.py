@@ -63,6 +63,18 @@ class PositionReading:
         """``(2, parts)``: signal = weights I / S + offset."""
         return np.asarray(-np.einsum("apk,ak->ap", self.weights, self.base), np.float64)
 
+    @cached_property
+    def light_weights(self) -> Floats | None:
+        """``(2, k)``: weights of an axis's values in the total light, as these tell it by themselves; None where they do not.
+
+        Base and signal are found from the values by least squares, and the base times S is what is left without a signal. Three
+        fringes of an axis tell it, and a ramp with its complement; two fringes or a ramp alone do not.
+        """
+        design = np.concatenate([self.base[..., None], self.response], axis=2)
+        if (np.linalg.matrix_rank(design) < design.shape[2]).any():
+            return None
+        return np.asarray(np.linalg.pinv(design)[:, 0], np.float64)
+
     def signal(self, values: Floats, total: Floats) -> Signals:
         """Give the signal of each frame.
 

@@ -36,13 +36,13 @@ class StoredAnalysis:
     """``(frames, 2)``: its standard uncertainty."""
 
     angle_deg: Floats | None
-    """``(frames,)``: angle since frame 0, clockwise in the picture."""
+    """``(frames,)``: angle since ``reference_frame``, clockwise in the picture."""
 
     angle_sigma_deg: Floats | None
     """``(frames,)``: its standard uncertainty."""
 
     magnification: Floats | None
-    """``(frames,)``: size over that at frame 0."""
+    """``(frames,)``: size over that at ``reference_frame``."""
 
     magnification_sigma: Floats | None
     """``(frames,)``: its standard uncertainty."""
@@ -54,7 +54,7 @@ class StoredAnalysis:
     """``(rows, columns)``: image of what stands still."""
 
     reference_frame: int = 0
-    """Frame that displacements are relative to; 0 in files that do not say it."""
+    """Frame that displacements are relative to, and that the image shows; 0 in older files, which do not say it."""
 
 
 def stored_analysis(path: str | Path) -> StoredAnalysis | None:

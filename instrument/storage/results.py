@@ -45,18 +45,19 @@ def write_analysis(
 
     Args:
         path: the recording.
-        displacement_px: ``(frames, 2)`` x, y relative to a frame; NaN where not tracked; None where the scheme sees no position.
-        image: ``(rows, columns)`` the reconstructed image at that frame, row = y (down), column = x; None where the scheme only
-            tracks. It covers the whole field, whatever the number of its pixels.
+        displacement_px: ``(frames, 2)`` x, y relative to ``reference_frame``; NaN where not tracked; None where the scheme sees
+            no position.
+        image: ``(rows, columns)`` the reconstructed image at ``reference_frame``, row = y (down), column = x; None where the
+            scheme only tracks. It covers the whole field, whatever the number of its pixels.
         sigma_px: ``(frames, 2)`` standard uncertainty of ``displacement_px``.
-        angle_deg: ``(frames,)`` angle since frame 0, clockwise in the picture; NaN where unknown; None where it was not measured.
+        angle_deg: ``(frames,)`` angle since that frame, clockwise in the picture; NaN where unknown; None where not measured.
         angle_sigma_deg: ``(frames,)`` its standard uncertainty.
-        magnification: ``(frames,)`` size over that at frame 0; NaN where unknown; None where it was not found to change.
+        magnification: ``(frames,)`` size over that in that frame; NaN where unknown; None where it was not found to change.
         magnification_sigma: ``(frames,)`` its standard uncertainty.
-        pivot_px: ``(2,)`` x, y at frame 0 of the point about which the object turns and grows; None where it does neither.
+        pivot_px: ``(2,)`` x, y at that frame of the point about which the object turns and grows; None where it does neither.
         start_px: ``(2,)`` x, y of the object's centroid at frame 0, in px of the field; None where it was not measured.
         start_sigma_px: ``(2,)`` its standard uncertainty.
-        reference_frame: frame that displacements are relative to, and that the image is of.
+        reference_frame: frame that displacements, angles and magnifications are relative to, and that the image shows.
         displacement_mm: ``(frames, 2)`` along the stage's axis and across it, relative to that frame; None without a calibration.
         sigma_mm: ``(frames, 2)`` standard uncertainty of ``displacement_mm``.
         still: ``(rows, columns)`` image of what stands still, likewise; None where none was found.
@@ -103,11 +104,16 @@ def write_analysis(
                 reference_frame,
                 [
                     ("sigma_px", sigma_px, "px", None),
-                    ("angle_deg", angle_deg, "degree", "turn since frame 0, from x to y"),
+                    ("angle_deg", angle_deg, "degree", f"turn since frame {reference_frame}, from x to y"),
                     ("angle_sigma_deg", angle_sigma_deg, "degree", None),
-                    ("magnification", magnification, None, "size over that at frame 0"),
+                    ("magnification", magnification, None, f"size over that at frame {reference_frame}"),
                     ("magnification_sigma", magnification_sigma, None, None),
-                    ("pivot_px", pivot_px, "px", "x, y at frame 0 of the point whose displacement it is"),
+                    (
+                        "pivot_px",
+                        pivot_px,
+                        "px",
+                        f"x, y at frame {reference_frame} of the point whose displacement it is",
+                    ),
                     ("start_px", start_px, "px", "x, y of the centroid at frame 0 in the field"),
                     ("start_sigma_px", start_sigma_px, "px", None),
                     (

@@ -16,7 +16,8 @@ from protocols import Floats, Frozen, InputError
 if TYPE_CHECKING:
     from instrument.tracking.trajectory import Trajectory
 
-_FEWEST_FRAMES: Final = 8
+_FEWEST_FRAMES: Final = 7
+"""Frames whose covariance is known below which no motion is fitted: those of a run of eight, of which one is the reference."""
 
 LengthUnit: TypeAlias = Literal["px", "mm"]
 """Unit of length of a motion."""
@@ -45,16 +46,17 @@ class MotionFit(Frozen):
     """Unit of length."""
 
     travel: Quantity
-    """Distance from the frame that displacements are relative to, the first one of most runs, to the last, in that unit."""
+    """Distance from the frame that displacements are relative to, which is the first one of most runs, to the last one whose
+    covariance is known, in that unit."""
 
     speed: Quantity
-    """Speed in the middle of the run, in the unit a second. It is also the mean speed."""
+    """Speed in the middle between both frames, in the unit a second. It is also the mean speed."""
 
     start_speed: Quantity
     """Speed at that first frame."""
 
     end_speed: Quantity
-    """Speed at the last frame."""
+    """Speed at that last frame."""
 
     acceleration: Quantity
     """Acceleration, in the unit a second squared."""
@@ -94,7 +96,7 @@ def motion_fit(trajectory: "Trajectory", scale: DisplacementSection | None = Non
         The fit; None where the path does not know its covariance, as one of each frame by itself or of few frames.
     """
     known = trajectory.covariance
-    if known is None or len(trajectory) < _FEWEST_FRAMES or not np.isfinite(known.covariance_px2).all():
+    if known is None or len(known.frame) < _FEWEST_FRAMES or not np.isfinite(known.covariance_px2).all():
         return None
     time_s = (known.frame - trajectory.reference_frame) * trajectory.frame_time_s
     place_px = trajectory.displacement_px[known.frame]

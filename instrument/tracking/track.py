@@ -21,6 +21,7 @@ def track(
     *,
     reference_frames: int | None = None,
     mean_filter: int | None = None,
+    reference_frame: int = 0,
 ) -> Trajectory:
     """Find the object's displacement in every frame.
 
@@ -34,6 +35,8 @@ def track(
         method: ``smooth`` fits one path to all frames together; ``per-frame`` takes each frame by itself, as published.
         reference_frames: for ``per-frame`` only, the number of frames at rest at the start that make the reference; None for 1.
         mean_filter: for ``per-frame`` only, the number of neighbouring signals that are averaged (5 in the paper); None for 1.
+        reference_frame: for ``smooth`` only, the frame that displacements are relative to. Schemes that measure a position or an
+            angle since frame 0 need 0.
 
     Raises:
         InputError: no frame is usable, the scheme has no position, the method is unknown, or it does not have these settings.
@@ -56,7 +59,7 @@ def track(
             remedy='leave it out, or ask for method="per-frame"',
         )
     measurement = first_light(recording)
-    return _scaled(_placed(measurement, track_smooth(measurement)), recording)
+    return _scaled(_placed(measurement, track_smooth(measurement, reference_frame)), recording)
 
 
 def _scaled(trajectory: Trajectory, recording: Recording | Measurement) -> Trajectory:

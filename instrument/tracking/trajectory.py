@@ -100,6 +100,12 @@ class Trajectory:
         """Travel, speed and acceleration in mm along the stage's axis; None as in px, or where the bench was not calibrated."""
         return None if self.scale is None else motion_fit(self, self.scale)
 
+    @property
+    def last_known(self) -> int:
+        """The last frame in which the displacement is known; the last one of all where it is known of one frame at most."""
+        known = np.flatnonzero(np.isfinite(self.sigma_px).all(axis=1))
+        return int(known[-1]) if len(known) > 1 else len(self) - 1
+
     def __len__(self) -> int:
         """Give the number of frames."""
         return len(self.displacement_px)
@@ -119,11 +125,11 @@ class Trajectory:
         return card("Trajectory", self._facts(), drawn)
 
     def _facts(self) -> dict[str, str]:
-        end_px, sigma = self.displacement_px[-1], np.median(self.sigma_px)
+        end_px, known = self.displacement_px[self.last_known], self.sigma_px[np.isfinite(self.sigma_px)]
         facts = {
             "frames": f"{len(self)} frames in {len(self) * self.frame_time_s:.3g} s",
             "end": f"to x {end_px[0]:+.2f}, y {end_px[1]:+.2f} px",
-            "uncertainty": f"known to {sigma:.3f} px (median)" if np.isfinite(sigma) else "uncertainty not known",
+            "uncertainty": f"known to {np.median(known):.3f} px (median)" if len(known) else "uncertainty not known",
             "method": self.method,
         }
         if self.scale is not None:
@@ -162,18 +168,11 @@ class Trajectory:
         """Give ``displacement_px`` to numpy."""
         return np.array(self.displacement_px, dtype=dtype, copy=copy)
 
-    def relative_to(self, frame: int) -> "Trajectory":
-        """Give the path relative to another frame, to be refined: its uncertainty is not stated anew."""
-        if frame == self.reference_frame:
-            return self
-        place_px = self.displacement_px
-        return replace(self, displacement_px=place_px - place_px[frame], reference_frame=frame, covariance=None)
-
     def known_where(self, seen: Mask) -> "Trajectory":
-        """Say that nothing is known before the object was seen, nor after: it may do anything out there.
+        """Give the path with an infinite uncertainty before the object was first seen and after it was last seen.
 
         Args:
-            seen: ``(frames,)``: frames in which it was.
+            seen: ``(frames,)``: frames in which it was seen; at least one.
         """
         used = np.flatnonzero(seen)
         first, end = min(int(used[0]), self.reference_frame), int(used[-1]) + 1
@@ -183,7 +182,8 @@ class Trajectory:
         known = self.covariance
         if known is not None:
             count = int(np.count_nonzero(known.frame < end))
-            known = replace(known, frame=known.frame[:count], covariance_px2=known.covariance_px2[:, :count, :count])
+            kept = replace(known, frame=known.frame[:count], covariance_px2=known.covariance_px2[:, :count, :count])
+            known = kept if count else None
         return replace(self, sigma_px=sigma_px, covariance=known)
 
     def at(self, time_s: Floats) -> Floats:

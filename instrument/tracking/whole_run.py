@@ -21,13 +21,17 @@ _BLOCKS = (
 _DITHER_LENGTH_PX = 1.0  # correlation length of the error of the dithered patterns
 
 
-def track_smooth(measurement: Measurement) -> Trajectory:
+def track_smooth(measurement: Measurement, reference_frame: int = 0) -> Trajectory:
     """Fit a smoothing spline of data-driven order and strength to the positions, each value at its own time.
 
     The first path predicts the positions at the times of the patterns. The measured positions are corrected by that prediction
     to the middle of their frame, and the path is fitted again. The variance is the sum of the spline's posterior variance and of
     the error of the dithered patterns that passes the smoothing. That error is seen in the signal's amplitude, which has the same
     noise and does not change with motion.
+
+    Args:
+        measurement: what was measured.
+        reference_frame: frame that displacements and their uncertainty are relative to.
 
     Raises:
         InputError: no frame is usable, or the scheme has no position.
@@ -36,24 +40,24 @@ def track_smooth(measurement: Measurement) -> Trajectory:
     place_px = unwrapped_px(found)
     if np.count_nonzero(found.valid) < _FEWEST_FRAMES:
         variance = found.variance_px2(place_px)
-        variance[1:] += variance[0]
-        variance[0] = 0.0
-        return _trajectory(measurement, place_px, variance, found.valid)
+        variance += variance[reference_frame]
+        variance[reference_frame] = 0.0
+        return _trajectory(measurement, place_px, variance, found.valid, reference_frame)
 
     path_px = _path_px(_fitted(found, place_px, place_px))
     fits = _fitted(found, found.in_mid_frame_px(path_px), path_px)
     path_px = _path_px(fits)
 
-    variance = np.stack([fit.variance_to_first for fit in fits], axis=1)
+    variance = np.stack([fit.variance_to(reference_frame) for fit in fits], axis=1)
     amplitude_px = found.amplitude_px(path_px)
     if amplitude_px is not None:
-        distance_px: Floats = np.hypot(*(path_px - path_px[0]).T)
+        distance_px: Floats = np.hypot(*(path_px - path_px[reference_frame]).T)
         changed = 1 - np.exp(-((distance_px / _DITHER_LENGTH_PX) ** 2))
         for axis, fit in enumerate(fits):
             error = _dither_error(amplitude_px[:, axis], found.valid, fit.noise_variance)
             variance[:, axis] += np.minimum(error.slow_ratio * variance[:, axis], 2 * error.variance * changed)
-    path = _trajectory(measurement, path_px, variance, found.valid)
-    return replace(path, covariance=PathCovariance.of(fits, path.sigma_px))
+    path = _trajectory(measurement, path_px, variance, found.valid, reference_frame)
+    return replace(path, covariance=PathCovariance.of(fits, path.sigma_px, reference_frame))
 
 
 def _fitted(found: Observation, place_px: Floats, near_px: Floats) -> _Fits:
@@ -75,10 +79,13 @@ def _path_px(fits: _Fits) -> Floats:
     return np.stack([fit.values for fit in fits], axis=1)
 
 
-def _trajectory(measurement: Measurement, place_px: Floats, variance_px2: Floats, valid: Mask) -> Trajectory:
-    displacement_px = place_px - place_px[0]
+def _trajectory(
+    measurement: Measurement, place_px: Floats, variance_px2: Floats, valid: Mask, reference_frame: int
+) -> Trajectory:
+    displacement_px = place_px - place_px[reference_frame]
     sigma_px = np.sqrt(variance_px2) * measurement.student_ratio
-    return Trajectory(displacement_px, sigma_px, measurement.frame_time_s, "smooth", valid)
+    time_s = measurement.frame_time_s
+    return Trajectory(displacement_px, sigma_px, time_s, "smooth", valid, reference_frame=reference_frame)
 
 
 @dataclass(frozen=True)

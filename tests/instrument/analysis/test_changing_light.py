@@ -60,9 +60,22 @@ def test_a_lamp_that_falls_from_the_beginning_on_or_flickers_is_none() -> None:
         assert fall_of(100 + 20 * np.cos(2 * np.pi * np.arange(FRAMES) / 21 + phase), VALID) is None
 
 
-def test_frames_that_are_not_valid_count_for_nothing() -> None:
+@pytest.mark.parametrize("masked", [slice(380, FRAMES), slice(0, 60), slice(300, 350)])
+def test_frames_that_are_not_valid_count_for_nothing(masked: slice) -> None:
+    """More of them than a mean reaches over: light that nobody measured has not fallen."""
     total, valid = light(300, 100.0), VALID.copy()
-    valid[380:] = False
-    total[395:] = -1e6
-    found = fall_of(total, valid & (total > 0))
-    assert found is None or found.light[370] == pytest.approx(1.0, abs=0.003)
+    valid[masked] = False
+    total[masked] = -1e6
+    assert (fall_of(total, valid), rise_of(total, valid)) == (None, None)
+
+
+def test_a_fall_is_seen_as_far_as_it_was_measured() -> None:
+    """Of 300 frames of 100 and a fall to 50 in 400, the last 30 are masked: the light of frame 369 stands for them, 65.2."""
+    total, valid = light(300, 50.0), VALID.copy()
+    valid[370:] = False
+    total[370:] = 0.0
+    found = fall_of(total, valid)
+    assert found is not None
+    assert 289 <= found.frames.start <= 295
+    assert found.light[350] == pytest.approx(0.7475, abs=0.003)
+    assert found.light[399] == pytest.approx(0.655, abs=0.01)

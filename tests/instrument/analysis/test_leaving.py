@@ -1,5 +1,7 @@
 """An object that leaves the field is told from a lamp that fades, and followed as long as half of it is to be seen."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -53,6 +55,49 @@ def test_a_lamp_that_fades_is_no_object_that_leaves() -> None:
     assert any("total light changed" in doubt for doubt in analyse(fades).figures.doubts)
 
 
+def test_a_shutter_at_the_end_and_masked_frames_are_no_object_that_leaves(leaves: Recording) -> None:
+    """By 300 of 500 frames it is wholly inside, and on its way out: frames without light, or counts, are not its doing."""
+    early = leaves.first(300)
+    values, valid = early.values.copy(), early.frame_valid.copy()
+    values[270:], valid[270:] = 0.0, False
+    assert crossing(Measurement.of(replace(early, values=values))) is None
+    assert crossing(Measurement.of(replace(early, frame_valid=valid))) is None
+
+
+def test_an_object_that_is_gone_in_the_end_has_left() -> None:
+    """13 px wide about column 28.4, it goes 46 px: its left edge passes column 63.5 at 41.6 of them, in frame 452."""
+    gone = recorded(1.0, start_px=[28.4, 28.4])
+    measurement = Measurement.of(gone)
+    (dark,) = [finding for finding in measurement.findings if finding.kind == "no light"]
+    assert abs(dark.frames[0] - 452) < 12
+    left = crossing(measurement)
+    assert left is not None
+    assert 280 < left.end_frame < 330
+
+
+def test_in_little_light_the_whole_path_says_where_it_goes() -> None:
+    """With photons as few, the last third of the path before it leaves would lead it 2 px astray, and the light disagree."""
+    noise = {"kind": "poisson", "peak_counts": 400.0, "seed": 6}
+    gone = recorded(1.0, start_px=[28.4, 28.4], noise=noise)
+    left = crossing(Measurement.of(gone))
+    assert left is not None
+    assert left.fitted == 1
+    assert gone.truth is not None
+    half_out = int(np.flatnonzero(left.share < 0.5)[0])
+    np.testing.assert_allclose(
+        left.trajectory.displacement_px[half_out], gone.truth.displacement_px[half_out], atol=1.0
+    )
+
+
+def test_a_run_that_begins_in_the_dark_and_whose_object_leaves_counts_from_its_first_light(leaves: Recording) -> None:
+    values = leaves.values.copy()
+    values[:40] = 0.0
+    left = crossing(Measurement.of(replace(leaves, values=values)))
+    assert left is not None
+    assert left.first_frame == left.trajectory.reference_frame == 41
+    assert left.trajectory.displacement_px[41].tolist() == [0, 0]
+
+
 def test_without_the_frames_in_which_it_leaves_nothing_is_found(leaves: Recording) -> None:
     assert crossing(Measurement.of(leaves.first(300))) is None
     left = crossing(Measurement.of(leaves))
@@ -91,7 +136,12 @@ def test_a_path_goes_on_along_its_parabola() -> None:
     place_px = np.stack([0.3 * frame + 0.002 * frame**2, -0.1 * frame], axis=1)
     known = place_px.copy()
     known[70:] = known[69]
-    np.testing.assert_allclose(going_on(as_trajectory(known, 100, 3e-4), 0, 70).displacement_px, place_px, atol=1e-9)
+    for fitted in (1, 3):
+        found = going_on(as_trajectory(known, 100, 3e-4), 0, 70, fitted)
+        np.testing.assert_allclose(found.displacement_px, place_px, atol=1e-9)
+    known[:46] = 0.0  # of no account to its last third, frames 47 to 69
+    found = going_on(as_trajectory(known, 100, 3e-4), 0, 70)
+    np.testing.assert_allclose(found.displacement_px[70:], place_px[70:], atol=1e-9)
 
 
 def test_an_object_that_comes_into_the_field_is_followed_from_when_half_of_it_is_inside() -> None:

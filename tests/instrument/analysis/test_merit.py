@@ -18,8 +18,8 @@ PLAIN = Figures(
 
 
 def measured(light: Floats, *, photon_counts: bool = False) -> Measurement:
-    """Six values a frame, each ``light``: H+ and H- sum to twice that."""
-    values = np.repeat(np.broadcast_to(light, (FRAMES,))[:, None], 6, axis=1)
+    """Four values a frame are each ``light``: H+ and H- sum to twice that. One fringe an axis is brighter, as by an object."""
+    values = np.repeat(np.broadcast_to(light, (FRAMES,))[:, None], 6, axis=1) * [1.8, 1.0, 1.8, 1.0, 1.0, 1.0]
     valid = np.arange(FRAMES) != 3
     plan = Plan(frames=FRAMES, image_size=SIZE)
     return Measurement.of(Recording(plan, values, valid, 50e-6, photon_counts=photon_counts))
@@ -114,7 +114,7 @@ def test_a_change_of_the_light_by_a_twentieth_is_doubted(last: float, *, doubted
 @pytest.mark.parametrize(("misfit", "doubted"), [(1.5, False), (1.6, True)])
 def test_a_misfit_above_one_and_a_half_is_doubted(misfit: float, *, doubted: bool) -> None:
     figures = figures_of(measured(np.array(50.0)), None, None, image_of(SQUARE, misfit), 0.5)
-    assert [doubt.split(": doubt both")[0] for doubt in figures.doubts] == (
+    assert [doubt.split(": doubt both")[0] for doubt in figures.doubts if "too few for an image" not in doubt] == (
         ["motion and image leave 1.6 times the noise unexplained"] if doubted else []
     )
 

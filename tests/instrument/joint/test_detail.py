@@ -1,3 +1,4 @@
+# pyright: reportPrivateUsage=false
 """Detail as fine as a pixel, and the path that shows it."""
 
 from dataclasses import replace
@@ -5,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from instrument.joint.detail import Picture, in_detail
+from instrument.joint.detail import Picture, _plain, in_detail
 from instrument.joint.iterate import Iterate
 from instrument.measurement import first_light
 from instrument.numerics import offset_free_mse
@@ -78,6 +79,16 @@ def test_stripes_of_a_pixel_get_the_contrast_that_smoothing_took_even_along_a_sh
     assert after < before / 8
     assert found.strength == usual.strength / 4
     assert found.state.misfit < 0.9
+
+
+def test_a_plain_path_counts_from_the_frame_that_the_shaken_one_counts_from() -> None:
+    """A parabola and shaking from frame to frame, relative to frame 300: the image is that of the same frame."""
+    frame = np.arange(FRAMES) - 300.0
+    parabola_px = np.outer(1e-4 * frame**2, [1.0, -2.0])
+    shaken = as_trajectory(parabola_px + 0.1 * (-1.0) ** np.abs(frame)[:, None], FRAMES, 3e-4)
+    found = _plain(replace(shaken, reference_frame=300)).displacement_px
+    assert found[300].tolist() == [0, 0]
+    np.testing.assert_allclose(found, parabola_px, atol=0.02)
 
 
 def test_along_the_true_path_nothing_is_made_plain(stripes: Recording) -> None:

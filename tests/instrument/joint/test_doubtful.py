@@ -1,5 +1,7 @@
 """What makes a path uncertain beside the noise: its size by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -47,6 +49,16 @@ def test_light_of_a_field_that_bends_makes_the_place_doubtful_by_gradient_times_
     found = of_uneven_light(light, _path(_along(50.0)), _gaussian(3.0, 5.0).astype(np.float32), 1)
     gradient = place_px / 50 / light.mean()
     np.testing.assert_allclose(np.sqrt(found[2:-2]), gradient[2:-2, None] * [9.0, 25.0], rtol=0.03, atol=0.002)
+
+
+def test_what_is_doubtful_counts_from_the_frame_that_the_path_counts_from() -> None:
+    """The light of before, and frame 50 half way: the gradient there is 25 / 50 over the mean."""
+    place_px = np.linspace(0, 50, FRAMES)
+    light = 100 + place_px**2 / 100
+    path = replace(_path(_along(50.0)), reference_frame=50)
+    found = of_uneven_light(light, path, _gaussian(3.0, 5.0).astype(np.float32), 1)
+    assert found[50].tolist() == [0, 0]
+    np.testing.assert_allclose(np.sqrt(found[[2, -3]]), 24 / 50 / light.mean() * np.array([[9, 25]] * 2), rtol=0.05)
 
 
 @pytest.mark.parametrize("grid", [1, 2])

@@ -88,3 +88,11 @@ def test_of_a_run_that_begins_in_the_dark_displacement_counts_from_the_first_fra
     assert found.truth_px is not None
     assert found.trajectory.displacement_px[61].tolist() == [0, 0]
     assert np.mean((found.trajectory.displacement_px - found.truth_px)[61:] ** 2) < 0.05
+
+
+def test_a_few_frames_after_a_dark_beginning_are_as_sure_as_a_few_alone(run: Recording) -> None:
+    """39 frames: no image, and no uncertainty of a frame 0 that lies in the dark."""
+    found, alone = (analyse(some).figures.sigma_px for some in (shuttered(run, slice(0, 360)), run.first(39)))
+    assert found is not None
+    assert alone is not None
+    assert 0.3 < found / alone < 3

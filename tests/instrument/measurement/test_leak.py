@@ -113,6 +113,14 @@ def test_a_slope_that_is_steep_by_chance_is_no_leak() -> None:
     assert found == []
 
 
+def test_without_noise_an_object_at_rest_shows_none() -> None:
+    """The first value of its frames is always the same: slope and uncertainty are both 0."""
+    scheme = scheme_of(Plan(frames=100, image_size=64))
+    light = np.full((100, 6), 25.0)
+    light[:, 5] += 5 * np.random.default_rng(1).standard_normal(100)
+    assert leak_seen(light, np.zeros((100, 6)), np.ones(100, np.bool_), scheme) is None
+
+
 def _leaky(seed: int, leak: float, frames: int = 400, sigma: float = 0.05) -> Measurement:
     recording = simulate_by_hand(Plan(frames=frames, image_size=64), letter(64, "letter-B", 24), _path, seed=seed)
     lit = np.sqrt(64 * 64 / 2)

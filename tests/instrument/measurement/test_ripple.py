@@ -37,6 +37,18 @@ def test_a_cosine_without_noise_is_found_as_it_was_made(frequency_hz: float, pha
     assert found.lamp_share == 1.0
 
 
+@pytest.mark.parametrize("phase_rad", [-3.0, 0.5, 2.0])
+def test_a_deep_ripple_of_few_periods_is_told_from_the_drift_that_it_looks_like(phase_rad: float) -> None:
+    """Nine periods of 0.98 bend the polynomial of the drift by some 3 %: where the lamp is darkest, that is all its light."""
+    frames = 300
+    deep = Ripple(frequency_hz=100.0, amplitude=0.98, phase_rad=phase_rad)
+    drift = np.linspace(1.2, 0.8, frames)
+    (found,) = ripples_seen(_total(deep)[:frames] * drift, None, ALL[:frames], TIME_S[:frames])[:1]
+    assert found.amplitude == pytest.approx(0.98, abs=0.003)
+    assert found.frequency_hz == pytest.approx(100.0, abs=0.03)
+    assert found.phase_rad == pytest.approx(phase_rad, abs=0.01)
+
+
 def test_two_lines_are_found_the_stronger_first() -> None:
     lines = [Ripple(frequency_hz=f, amplitude=a, phase_rad=1.0) for f, a in ((200.0, 0.03), (100.0, 0.1))]
     found = ripples_seen(_total(*lines, noise=0.02), None, ALL, TIME_S)

@@ -35,6 +35,20 @@ def test_four_steps_give_the_papers_equation_3() -> None:
     assert y == pytest.approx((6 - 0.5) + 1j * (1 - 2.5))
 
 
+def test_each_axis_tells_the_total_light_where_its_patterns_add_to_a_constant() -> None:
+    """Three fringes add to 3/2 and four to 2, a ramp and its complement to 1; of two fringes or one ramp nothing is constant."""
+    for steps in (3, 4):
+        weights = fourier_reading(_steps(steps), 64.0).light_weights
+        assert weights is not None
+        np.testing.assert_allclose(weights, np.full((2, steps), 2 / steps), atol=1e-12)
+    ramps = [Column(role="moment", axis=axis, sign=sign) for axis in ("x", "y") for sign in (1, -1)]
+    weights = moment_reading(in_play_order(*ramps), 16).light_weights
+    assert weights is not None
+    np.testing.assert_allclose(weights, np.ones((2, 2)), atol=1e-12)
+    assert moment_reading(in_play_order(*ramps[::2]), 16).light_weights is None
+    assert fourier_reading(in_play_order(*_steps(4)[:2], *_steps(4)[4:6]), 64.0).light_weights is None
+
+
 def test_columns_of_each_axis_are_found_wherever_they_stand() -> None:
     columns = in_play_order(
         Column(role="hadamard"),

@@ -24,8 +24,6 @@ from instrument.session import Event, Instrument
 from instrument.storage import open_recording
 from protocols import CounterRun, KinopixError, MotionProfile, WrongState
 
-"""Walks of up to two actions. About 30 ms each on a core of its own."""
-
 IN_MEMORY: Final = "/dev/shm" if os.path.isdir("/dev/shm") else None  # noqa: PTH112 - a folder of its own is made there
 """Where walks record: no claim is about the disk, which is synced several times a walk."""
 
@@ -144,6 +142,7 @@ pytestmark = [
 
 
 def walks(count: int) -> settings:
+    """Settings for so many walks of up to two actions, of some 30 ms each."""
     return settings(
         max_examples=count,
         deadline=None,

@@ -251,3 +251,19 @@ def test_settings_that_make_no_sense_are_refused() -> None:
         track(recording, "per-frame", mean_filter=4)
     with pytest.raises(InputError, match="no valid frame among the first 1"):
         track(first_lost, "per-frame")
+
+
+@pytest.mark.parametrize("valid", [40, 5])
+def test_a_path_relative_to_another_frame_is_the_same_path_known_from_there(valid: int) -> None:
+    """Of the last frames alone, frame 0 lies far from any that was measured."""
+    recording = simulate(Plan(frames=60, image_size=64), letter_b(2, 3)[:64, :64], MOTIONS["II"], sigma=0.02)
+    recording = replace(recording, frame_valid=np.arange(60) >= 60 - valid)
+    first = 60 - valid
+    far, near = track(recording), track(recording, reference_frame=first)
+    np.testing.assert_allclose(near.displacement_px, far.displacement_px - far.displacement_px[first], atol=1e-9)
+    assert (near.reference_frame, near.sigma_px[first].tolist()) == (first, [0, 0])
+    assert (near.sigma_px[first + 1 :] < 0.5 * far.sigma_px[first + 1 :]).all()
+    if near.covariance is not None:
+        diagonal = np.diagonal(near.covariance.covariance_px2, axis1=1, axis2=2)
+        np.testing.assert_allclose(diagonal.T, near.sigma_px[near.covariance.frame] ** 2, rtol=1e-6)
+    assert (near.covariance is None) == (valid < 8)

@@ -1,11 +1,13 @@
 """A trajectory between its frames."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from instrument.tracking import Trajectory
+from instrument.tracking import PathCovariance, Trajectory
 from instrument.tracking.trajectory import as_trajectory
 from protocols import Floats, InputError
 
@@ -109,3 +111,27 @@ def test_places_that_are_not_one_for_each_frame_are_refused(places: Floats, seen
         as_trajectory(places, 2, 2e-4)
     with pytest.raises(InputError, match=seen):
         as_trajectory(_trajectory(places), 2, 2e-4)
+
+
+def test_beyond_the_frames_in_which_it_was_seen_nothing_is_known() -> None:
+    """Seen in frames 2 to 6 of 10, its covariance known in frames 4, 6 and 9."""
+    path = replace(_trajectory(np.outer(np.arange(10.0), [1.0, -2.0])), sigma_px=np.full((10, 2), 0.5))
+    path = replace(path, covariance=PathCovariance(np.array([4, 6, 9]), np.tile(np.eye(3), (2, 1, 1))))
+    assert path.last_known == 9
+    seen = np.zeros(10, np.bool_)
+    seen[2:7] = True
+    found = replace(path, reference_frame=2).known_where(seen)
+    assert np.isfinite(found.sigma_px[:, 0]).tolist() == seen.tolist()
+    assert found.last_known == 6
+    assert "to x +6.00, y -12.00 px" in repr(found)
+    assert "known to 0.500 px" in repr(found)
+    assert found.covariance is not None
+    assert found.covariance.frame.tolist() == [4, 6]
+    assert found.covariance.covariance_px2.shape == (2, 2, 2)
+    assert np.isfinite(path.known_where(seen).sigma_px[:, 0]).tolist() == [True] * 7 + [False] * 3  # against frame 0
+
+
+def test_seen_before_its_covariance_is_known_a_path_has_none() -> None:
+    path = replace(_trajectory(np.zeros((10, 2))), covariance=PathCovariance(np.array([4, 9]), np.zeros((2, 2, 2))))
+    assert path.known_where(np.arange(10) < 4).covariance is None
+    assert replace(path, sigma_px=np.full((10, 2), np.inf)).last_known == 9
