@@ -172,3 +172,33 @@ def test_an_analysis_places_the_change_and_is_as_good_as_without_it(dim: Recordi
     assert figures.displacement_mse_px2 < 0.03
     assert figures.psnr_db is not None
     assert figures.psnr_db > 20.5
+
+
+def test_a_change_is_looked_for_twelve_frames_to_both_sides_of_where_the_counts_saw_it(dim: Recording) -> None:
+    run = without(dim, 1802)
+    unsure = Measurement.of(run)
+    assert unsure.slips is not None
+    asked: list[Slips] = []
+
+    def screen(slips: Slips) -> Measurement:
+        asked.append(slips)
+        return Measurement.of(run, slips)
+
+    surely_slipped(unsure, screen)
+    (change,) = unsure.slips.changes
+    suspect = next(slips for slips in asked if slips.changes)
+    doubtful = np.flatnonzero(~suspect.sure)
+    assert doubtful.tolist() == list(range(change.place // PER_FRAME - 12, change.place // PER_FRAME + 13))
+
+
+@pytest.mark.parametrize(("not_sure", "looked_at"), [(12, False), (13, True)])
+def test_a_shift_is_looked_at_again_where_the_counts_leave_more_than_twelve_frames_to_one_change(
+    dim: Recording, not_sure: int, looked_at: bool
+) -> None:
+    run = without(dim, 1001)
+    first = 1001 // PER_FRAME * PER_FRAME
+    told_so = Slips.changing((PLAN.frames, PER_FRAME), 0, [Change(1001, first, first + PER_FRAME * (not_sure - 1), -1)])
+    measurement = Measurement.of(run, told_so)
+    assert np.count_nonzero(~told_so.sure[:-1]) == not_sure
+    found = surely_slipped(measurement, screen_of(run))
+    assert (found is not measurement) == looked_at
