@@ -22,6 +22,9 @@ _UNEXPLAINED: Final = 1.1
 _BRIGHT: Final = 10.0
 """and above which there is so much light that the counts themselves tell every slip."""
 
+_NO_NOISE: Final = 0.5
+"""Misfit of the position values below which they have less noise than photons make, as simulated ones may: none has slipped."""
+
 
 def explained(measurement: Measurement, find: Find, screen: Screen) -> Found:
     """Find path and image, and mend what the two show to be wrong; see the module.
@@ -41,7 +44,7 @@ def explained(measurement: Measurement, find: Find, screen: Screen) -> Found:
         refused = error
     as_planned = found
     better = otherwise(measurement, found, find, screen)
-    agree = found is not None and found.position_misfit <= MAY_CONTRADICT
+    agree = found is not None and _NO_NOISE < found.position_misfit <= MAY_CONTRADICT
     if better is None and found is not None and agree and _UNEXPLAINED < found.usual_misfit < _BRIGHT:
         slipped = slipped_for_sure(measurement, screen)
         with suppress(*NOTHING):

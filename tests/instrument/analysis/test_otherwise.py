@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from instrument import Plan, simulate
+from instrument import Plan, Recording, simulate
+from instrument.analysis.explanations import explained
 from instrument.analysis.find import Found
 from instrument.analysis.otherwise import otherwise, squares_of
 from instrument.measurement import Measurement, Slips
@@ -23,16 +24,20 @@ def path(time_s: Floats) -> Floats:
 
 
 @pytest.fixture(scope="module")
-def run() -> Measurement:
-    """With the axes exchanged; nobody asks whether values slipped."""
+def recording() -> Recording:
     scene = {
         "object": "letter-B",
         "object_height_px": 10,
         "start_px": [12.4, 15.7],
         "noise": {"kind": "pixel", "sigma": 0.1},
     }
-    planned = simulate(PLAN, scene, path=path)
-    measurement = Measurement.of(replace(planned, values=planned.values[:, [2, 3, 0, 1, 4, 5]]))
+    return simulate(PLAN, scene, path=path)
+
+
+@pytest.fixture(scope="module")
+def run(recording: Recording) -> Measurement:
+    """With the axes exchanged; nobody asks whether values slipped."""
+    measurement = Measurement.of(replace(recording, values=recording.values[:, [2, 3, 0, 1, 4, 5]]))
     return replace(measurement, slips=None)
 
 
@@ -104,3 +109,25 @@ def test_what_refuses_explains_nothing(run: Measurement) -> None:
 def test_squares_are_those_of_valid_frames(run: Measurement) -> None:
     valid = np.arange(400) < 32
     assert squares_of(Found(replace(run, valid=valid), usual_misfit=2.0)) == 128.0
+
+
+@pytest.mark.parametrize(("position_misfit", "looks"), [(0.4, 0), (0.9, 1), (1.2, 0)])
+def test_slips_are_looked_for_where_positions_agree_by_their_noise_and_the_image_does_not(
+    recording: Recording, position_misfit: float, looks: int
+) -> None:
+    """Values without noise have not slipped, and positions that disagree ask for other explanations first."""
+    measurement, asked = Measurement.of(recording), list[Slips]()
+
+    def screen(slips: Slips) -> Measurement:
+        asked.append(slips)
+        raise InputError(saw="a shift", expected="none", remedy="none")
+
+    def find(other: Measurement) -> Found:
+        return Found(other, position_misfit=position_misfit, usual_misfit=1.2)
+
+    if looks:
+        with pytest.raises(InputError):
+            explained(measurement, find, screen)
+    else:
+        explained(measurement, find, screen)
+    assert len(asked) == looks
