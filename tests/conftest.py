@@ -12,16 +12,16 @@ settings.register_profile("kinopix", deadline=None)  # a first call imports and 
 settings.load_profile("kinopix")
 
 
-def pytest_collection() -> None:
-    """Look for no garbage while all tests are imported: there is hardly any."""
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Look for no garbage while all tests are imported, nor ever through what is then there for good: a million objects."""
     gc.disable()
-
-
-def pytest_collection_finish() -> None:
-    """Nor ever look through what is there for good: libraries and tests, a million objects."""
-    gc.freeze()
-    gc.set_threshold(5_000, 20, 10)
-    gc.enable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.set_threshold(5_000, 20, 10)
+        gc.enable()
 
 
 @pytest.fixture(scope="session", autouse=True)

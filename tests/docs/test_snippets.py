@@ -18,7 +18,7 @@ from tests.docs.pages import PAGES, ROOT, blocks, command_lines, inline_code, te
 from tests.support.benches import SMALL, bench_toml, plan_toml
 
 FEWER: Final = {
-    "(16_384, 32_768)": "(20, 120)",
+    "(16_384, 32_768)": "(20, 60)",
     "window_frames=50_000": "window_frames=60",
     "processes=4": "processes=1",
 }

@@ -19,7 +19,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 EMULATED = EXAMPLES / "benches" / "alp-ni-mc600.toml"
 QUICK = MotionPlan(velocity_mm_s=25.0, acceleration_mm_s2=200.0, settle_s=0.01)
 PLAN = SMALL.model_copy(
-    update={"frames": 200, "image_size": 32, "superpixel": 8, "pattern_rate_hz": 5000.0, "motion": QUICK}
+    update={"frames": 120, "image_size": 32, "superpixel": 8, "pattern_rate_hz": 5000.0, "motion": QUICK}
 )
 SCENE = (
     "fresh_noise = true\n"

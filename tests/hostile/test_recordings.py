@@ -23,11 +23,13 @@ def recording(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathF
         return instrument.run(plan, folder / "run.h5")
 
 
-@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize(
+    ("seed", "draws"), [(0, 2), *(pytest.param(seed, 4, marks=pytest.mark.thorough) for seed in (0, 1))]
+)
 @pytest.mark.parametrize("kind", KINDS)
-def test_finite_values_give_an_analysis_or_a_cause(recording: Recording, kind: str, seed: int) -> None:
+def test_finite_values_give_an_analysis_or_a_cause(recording: Recording, kind: str, seed: int, draws: int) -> None:
     random = np.random.default_rng([seed, KINDS.index(kind)])
-    for _ in range(4):
+    for _ in range(draws):
         strange = spoiled(recording, kind, random)
         assert answered(strange), kind
 

@@ -63,7 +63,7 @@ def test_a_run_in_motion_is_compared_with_the_object_at_rest(
     noise = 'noise = { kind = "poisson", peak_counts = 2000, seed = 1 }\nstart_px = [12.4, 12.7]\nblur_px = 0.5'
     with Instrument.from_toml(bench_toml(tmp_path, noise)) as bench:
         motion = MotionPlan(velocity_mm_s=25)
-        bench.run(Plan(frames=800, image_size=32, superpixel=4, motion=motion), tmp_path / "run.h5")
+        bench.run(Plan(frames=500, image_size=32, superpixel=4, motion=motion), tmp_path / "run.h5")
         bench.stage.move_to(10.0, motion.profile).wait()
         bench.run(static_plan(32, 4, frames=1024), tmp_path / "still.h5")
     files = [str(tmp_path / "still.h5"), str(tmp_path / "run.h5")]

@@ -156,7 +156,7 @@ def test_a_contradiction_that_nothing_explains_is_told(recording: Recording) -> 
     light: Floats = back.values * recording.values[:, 4:].sum() / back.values[:, 4:].sum()
     values = recording.values.copy()
     values[:, :2] = np.random.default_rng(2).poisson(light[:, :2])
-    found = analyse(replace(recording, values=values))
+    found = analyse(replace(recording, values=values).first(300))
     assert found.figures.found[-1] == "the position values are not those of the image's object"
     (told,) = [doubt for doubt in found.figures.doubts if doubt.startswith(found.figures.found[-1])]
     assert float(told.split("off by ")[1].split(" times")[0]) > 1.5

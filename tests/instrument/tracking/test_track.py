@@ -85,7 +85,10 @@ def test_noise_free_error_is_that_of_the_dithered_patterns_alone() -> None:
     assert 0.003 < finer.mean() < 0.005
 
 
-@pytest.mark.parametrize("motion", ["vibration-50", "vibration-200", "circle", "random-walk", "stop-and-go"])
+@pytest.mark.parametrize(
+    "motion",
+    [pytest.param("vibration-50", marks=pytest.mark.thorough), "vibration-200", "circle", "random-walk", "stop-and-go"],
+)
 def test_rough_motion_is_followed_never_worse_than_frame_by_frame(motion: str) -> None:
     for seed in SEEDS:
         recording = _noisy(motion, seed)

@@ -83,7 +83,7 @@ def test_the_command_writes_a_film_beside_the_recording_and_replaces_none(
     assert "written" in capsys.readouterr().out
     assert (tmp_path / "run.gif").is_file()
     assert status(["film", str(tmp_path / "run.h5"), "--pictures", "2"]) == 2
-    assert status(["film", str(tmp_path / "run.h5"), "--pictures", "3", "--overwrite"]) == 0
+    assert status(["film", str(tmp_path / "run.h5"), "--pictures", "2", "--overwrite"]) == 0
     assert status(["film", str(tmp_path / "run.h5"), "--out", str(tmp_path / "run.avi")]) == 2
     assert "ends in .mp4 or .gif" in " ".join(capsys.readouterr().err.split())
 
