@@ -20,7 +20,7 @@ _FAINT: Final = 0.2
 """Signal of a fringe over the total light, as of an object of bars that are finer than it: others have more."""
 
 _ROOM_PX: Final = 4
-"""Room that an object needs beside its path."""
+"""Smallest object that must fit into the field beside its path."""
 
 _CROSSES: Final = 0.3
 """Change of the total light from which on an object is taken to cross the border of the field."""
@@ -174,10 +174,10 @@ def _flat(total: float, of_what: str) -> InputError:
 
 
 def refuse_beyond(measurement: Measurement, trajectory: Trajectory | None) -> None:
-    """Refuse a path that leaves no room for an object in the field, with what makes such paths.
+    """Refuse a path that leaves no room for an object in the field, and name what may have made it so wide.
 
     Raises:
-        InputError: it is as wide as the field along an axis, where there is an image to be made.
+        InputError: the path is as wide as the field along an axis, and there is an image to be made.
     """
     if trajectory is None or measurement.scheme.image_rows is None or not measurement.valid.any():
         return
