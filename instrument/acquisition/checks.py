@@ -241,7 +241,10 @@ def _object(plan: Plan, where: Whereabouts | None, travel_mm: tuple[float, float
 
 
 def _wiring(plan: Plan, calibration: Calibration | None) -> list[Check]:
-    """How patterns are wired and how the picture lies: a run tells the one, and the other where the stage's axis is known."""
+    """Say how patterns are wired and how the picture lies, or ask for the alignment that tells.
+
+    A run tells by itself how patterns are wired. How the picture lies it tells only against the stage's calibrated axis.
+    """
     if scheme_of(plan).image_rows is None:
         return []
     aligned = None if calibration is None else calibration.alignment
@@ -253,7 +256,7 @@ def _wiring(plan: Plan, calibration: Calibration | None) -> list[Check]:
         return [Check("wiring", "good" if as_meant else "warning", message)]
     known = None if calibration is None else calibration.displacement
     axis = "" if known is None else "; against the stage's axis it will be seen whether the picture is turned"
-    asked = "is the picture mirrored or turned? A run by itself cannot tell: `kinopix calibrate alignment` does"
+    asked = "whether the picture is mirrored or turned is not known, and a run does not tell: `kinopix calibrate alignment` does"
     return [_good("wiring", asked + axis)]
 
 

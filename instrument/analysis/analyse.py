@@ -68,7 +68,7 @@ class Analysis:
 
     @property
     def reference_frame(self) -> int:
-        """Frame that displacements are relative to, and that the image is of: 0, but of an object that comes into the field."""
+        """Frame that displacements are relative to, and that the image shows: 0, or a later one, as ``Trajectory`` says."""
         return 0 if self.trajectory is None else self.trajectory.reference_frame
 
     @property

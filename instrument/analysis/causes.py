@@ -6,13 +6,15 @@ from typing import Final
 
 import numpy as np
 
-from instrument.measurement import Measurement
+from instrument.measurement import HIGHEST_VALUE, Measurement
 from instrument.reconstruction import Reconstruction
 from instrument.recording import Recording
 from instrument.tracking import Trajectory
 from protocols import Floats, InputError
 
-_LARGEST: Final = 1e15  # beyond, whole counts are not whole any more in double precision
+_RARE: Final = 0.01
+"""Share of the values beyond all measure up to which these are masked."""
+
 _SMALLEST: Final = 1e-12
 _CERTAIN: Final = 5.0  # standard errors
 _FIRST: Final = 4  # frames
@@ -20,7 +22,7 @@ _FAINT: Final = 0.2
 """Signal of a fringe over the total light, as of an object of bars that are finer than it: others have more."""
 
 _ROOM_PX: Final = 4
-"""Room that an object needs beside its path."""
+"""Smallest object that must fit into the field beside its path."""
 
 _CROSSES: Final = 0.3
 """Change of the total light from which on an object is taken to cross the border of the field."""
@@ -32,17 +34,18 @@ _FEWEST_PHOTONS: Final = 6.0  # a frame
 
 
 def refuse_size(recording: Recording) -> None:
-    """Refuse values beyond all measure, whose squares no arithmetic bears.
+    """Refuse values beyond all measure, whose squares no arithmetic bears. Single ones are masked by the screening.
 
     Raises:
-        InputError: the largest value of the valid frames is above 1e15, or below 1e-12 and not 0.
+        InputError: more than one of a hundred values of the valid frames is above 1e15, or all are below 1e-12 and not all 0.
     """
-    values = recording.values[recording.frame_valid]
-    largest = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
-    if largest > _LARGEST or 0 < largest < _SMALLEST:
+    values = np.abs(recording.values[recording.frame_valid])
+    known = values[np.isfinite(values)]
+    largest = float(known.max(initial=0.0))
+    if np.count_nonzero(known > HIGHEST_VALUE) > _RARE * known.size or 0 < largest < _SMALLEST:
         raise InputError(
             saw=f"values up to {largest:.3g}",
-            expected=f"counts, or light, between {_SMALLEST:g} and {_LARGEST:g}",
+            expected=f"counts, or light, between {_SMALLEST:g} and {HIGHEST_VALUE:g}",
             remedy="check the unit of the values and the settings of the counter",
         )
 
@@ -174,10 +177,10 @@ def _flat(total: float, of_what: str) -> InputError:
 
 
 def refuse_beyond(measurement: Measurement, trajectory: Trajectory | None) -> None:
-    """Refuse a path that leaves no room for an object in the field, with what makes such paths.
+    """Refuse a path that leaves no room for an object in the field, and name what may have made it so wide.
 
     Raises:
-        InputError: it is as wide as the field along an axis, where there is an image to be made.
+        InputError: the path is as wide as the field along an axis, and there is an image to be made.
     """
     if trajectory is None or measurement.scheme.image_rows is None or not measurement.valid.any():
         return

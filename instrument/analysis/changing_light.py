@@ -11,6 +11,7 @@ from typing import Final
 
 import numpy as np
 
+from instrument.numerics import step_noise
 from protocols import Floats, Mask
 
 _PARTS: Final = 20
@@ -87,9 +88,10 @@ def means(total: Floats, valid: Mask, half: int) -> Floats:
 def _long_fall(total: Floats, valid: Mask) -> Change | None:
     """Find a fall that takes more than a part of the run."""
     half = max(len(total) // _PARTS // 2, 1)
-    trend, known = means(total, valid, half), total[valid]
-    noise = float(np.median(np.abs(np.diff(known)))) / (0.6745 * 2**0.5) if len(known) > 1 else 0.0
-    allowed = _SIGMAS * noise / (2 * half + 1) ** 0.5
+    if np.count_nonzero(valid) < 2:
+        return None
+    trend = means(total, valid, half)
+    allowed = _SIGMAS * step_noise(total[valid]) / (2 * half + 1) ** 0.5
     steady = float(np.quantile(trend, 0.8))
     last = int(np.flatnonzero(trend >= steady - max(_FALLEN * steady, allowed))[-1]) - half
     if steady <= 0 or last < 1 or last > len(trend) - 2 * half:

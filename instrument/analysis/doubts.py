@@ -202,6 +202,6 @@ def _misfit_doubts(reconstruction: Reconstruction | None) -> tuple[str, ...]:
         return ()
     left = (
         f"motion and image leave {reconstruction.misfit:.1f} times the noise unexplained: doubt both; look for an object that "
-        "leaves the field or turns, or counts beyond the linear limit"
+        "leaves the field or turns, or counts beyond the linear limit; in very much light, detail finer than a pixel does it too"
     )
     return (left,)

@@ -24,7 +24,7 @@ _BAR: Final = 40
 """Letters of the longest bar."""
 
 _JSON_S: Final = 1.0
-"""Time that is counted for a program that names none."""
+"""Seconds that are counted for ``--json`` where no time is asked for."""
 
 
 def count(

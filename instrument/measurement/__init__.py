@@ -13,6 +13,7 @@ from instrument.measurement.moved import after_lost_frame, by_patterns
 from instrument.measurement.profile import Profile
 from instrument.measurement.ripple import Ripple, ripples_seen
 from instrument.measurement.screening import (
+    HIGHEST_VALUE,
     Screened,
     screened,
     slips_of_counts,
@@ -26,6 +27,7 @@ from instrument.measurement.wiring import Wiring, wiring_of
 
 __all__ = [
     "FEWEST_FRAMES",
+    "HIGHEST_VALUE",
     "IDEAL",
     "Change",
     "Detector",

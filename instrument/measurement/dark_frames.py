@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 
+from instrument.numerics import step_noise
 from protocols import Floats, Mask
 
 _FRAMES: Final = 9
@@ -39,8 +40,7 @@ def dark_frames(total: Floats, *, photon_counts: bool) -> Mask:
     mean = np.convolve(np.where(known, total, 0.0), window, "valid") / np.maximum(count, 1.0)
     bright = float(np.quantile(mean[count > 0], 0.95))
     lit = total[known & (total > bright / 2)]
-    noise = float(np.median(np.abs(np.diff(lit)))) / (0.6745 * 2**0.5) if len(lit) > 1 else np.inf
-    when_dim = noise * (_DIM**0.5 if photon_counts else 1.0) / _FRAMES**0.5
+    when_dim = step_noise(lit) * (_DIM**0.5 if photon_counts else 1.0) / _FRAMES**0.5
     if not (_DIM - _DARK) * bright > _SURE * when_dim:
         return np.zeros(len(total), bool)
     within = (mean < _DARK * bright) & (count > _FRAMES / 2)

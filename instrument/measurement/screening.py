@@ -27,6 +27,9 @@ from protocols import Floats, Mask
 _DIGITS: Final = 1e-6
 """Noise that is assumed at least, over the largest value."""
 
+HIGHEST_VALUE: Final = 1e15
+"""Highest count, or light, that is believed: beyond it whole counts are not whole any more in double precision."""
+
 _LISTED: Final = 5
 """Places that a sentence lists."""
 
@@ -207,7 +210,7 @@ def _without_flicker(light: Floats, recording: Recording, scheme: Scheme) -> Flo
 def _impossible(recording: Recording) -> Mask:
     """Values of valid frames that no detector gives."""
     values = recording.values
-    wrong = ~np.isfinite(values)
+    wrong = ~(np.abs(values) <= HIGHEST_VALUE)
     if recording.photon_counts:
         wrong |= (values < 0) | (values != np.round(values))
     return np.asarray(wrong & recording.frame_valid[:, None], bool)
@@ -217,11 +220,13 @@ def _tell_impossible(recording: Recording, impossible: Mask) -> list[Finding]:
     if not impossible.any():
         return []
     values = recording.values[impossible]
+    believed = np.abs(values) <= HIGHEST_VALUE
     kinds = {
         "not a number": int(np.isnan(values).sum()),
         "infinite": int(np.isinf(values).sum()),
-        "negative": int((np.isfinite(values) & (values < 0)).sum()),
-        "not whole": int((np.isfinite(values) & (values >= 0)).sum()),
+        f"beyond {HIGHEST_VALUE:g}": int((np.isfinite(values) & ~believed).sum()),
+        "negative": int((believed & (values < 0)).sum()),
+        "not whole": int((believed & (values >= 0)).sum()),
     }
     what = ", ".join(f"{number} {kind}" for kind, number in kinds.items() if number)
     text = f"{_number(values.size, 'impossible count')} masked ({what}): {_places(impossible)}"

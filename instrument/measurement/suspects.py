@@ -9,22 +9,22 @@ from instrument.measurement.slips import Change
 from protocols import Floats, Integers
 
 _EACH: Final = 6
-"""Places for a shift by one pattern."""
+"""Places that are given for each shift by one pattern, the likeliest fault."""
 
 _OTHERS: Final = 2
-"""Places for a shift by more."""
+"""Places that are given for each shift by more."""
 
 _APART: Final = 40
-"""Frames between two places."""
+"""Frames at least between two places of the same shift."""
 
 _REACH: Final = 12
-"""Frames to both sides of a place among which the change is, were it there."""
+"""Frames to both sides of a place in which the change may be, if it is there."""
 
 _WINDOWS: Final = 2
-"""Lengths of lines that are asked whether levels go on, the longest ones."""
+"""Lengths of lines by which it is judged whether levels go on: so many of the longest ones."""
 
 _FEWER: Final = 4.0
-"""Cost of levels from few frames, where those from many do not go on."""
+"""What each shorter length costs: it is believed only where levels by longer lines do not go on."""
 
 _UNKNOWN: Final = 5.0
 """Cost of a level that is not known."""

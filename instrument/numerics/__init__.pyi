@@ -19,6 +19,7 @@ from .operators import Stacked as Stacked
 from .operators import Unseen as Unseen
 from .operators import Weighted as Weighted
 from .operators import largest_eigenvalue as largest_eigenvalue
+from .robust import step_noise as step_noise
 from .row_products import RowProducts as RowProducts
 from .side_by_side import side_by_side as side_by_side
 from .smoothing import Smooth as Smooth
@@ -62,6 +63,7 @@ __all__ = [
     "solve",
     "ssim_global",
     "ssim_local",
+    "step_noise",
     "total_variation",
     "tv_augmented_lagrangian",
 ]

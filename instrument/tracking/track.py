@@ -43,6 +43,12 @@ def track(
     """
     given = {"reference_frames": reference_frames, "mean_filter": mean_filter}
     settings = {name: value for name, value in given.items() if value is not None}
+    if method == "per-frame" and reference_frame:
+        raise InputError(
+            saw=f"the reference frame {reference_frame} for the method per-frame, which begins at frame 0",
+            expected="settings of the method",
+            remedy='leave it out, or ask for method="smooth"',
+        )
     if method == "per-frame":
         measurement = Measurement.of(recording)
         return _scaled(_placed(measurement, track_per_frame(measurement, **settings)), recording)
@@ -59,6 +65,12 @@ def track(
             remedy='leave it out, or ask for method="per-frame"',
         )
     measurement = first_light(recording)
+    if not 0 <= reference_frame < len(measurement):
+        raise InputError(
+            saw=f"the reference frame {reference_frame} in a recording of {len(measurement)} frames",
+            expected=f"0 to {len(measurement) - 1}",
+            remedy="name a frame of the recording",
+        )
     return _scaled(_placed(measurement, track_smooth(measurement, reference_frame)), recording)
 
 

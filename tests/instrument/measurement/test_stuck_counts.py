@@ -30,10 +30,10 @@ def test_what_is_not_known_and_a_run_of_one_value_are_not_stuck() -> None:
     assert not stuck_counts(np.full((20, 6), 5.0), photon_counts=True).any()
     assert stuck_counts(np.full((20, 6), 5.0), photon_counts=True).shape == (20, 6)
     two_levels = np.repeat([5.0, 7.0], 60).reshape(20, 6)
-    two_levels[0, 0] = 6.0
+    two_levels[0, :2] = 6.0, 4.0
     assert not stuck_counts(two_levels, photon_counts=True).any()
-    two_levels[19, 3:] = [8.0, 9.0, 5.0]
-    assert np.count_nonzero(stuck_counts(two_levels, photon_counts=True)) == 59 + 57
+    two_levels[19, 5] = 8.0
+    assert np.count_nonzero(stuck_counts(two_levels, photon_counts=True)) == 58 + 59
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +81,10 @@ def test_the_highest_value_is_saturation_only_if_it_is_frequent_and_not_always_t
     values[:110, 2] = 99.0
     assert np.count_nonzero(saturated(values, photon_counts=True)) == 110
     assert not saturated(values, photon_counts=False).any()
+    values[100:110, 2] = 50.0
+    assert np.count_nonzero(saturated(values, photon_counts=False)) == 100
     values[:, 2] = 99.0
     assert not saturated(values, photon_counts=True).any()
-    few = np.minimum(np.random.default_rng(1).poisson(4.0, (200, 6)), 9.0)
-    assert not saturated(few, photon_counts=True).any()
+    few = np.random.default_rng(1).poisson(10.0, (200, 6)).astype(np.float64)
+    assert not saturated(np.minimum(few, 10.0), photon_counts=True).any()
+    assert saturated(np.minimum(few, 11.0), photon_counts=True).any()

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -270,3 +271,17 @@ def test_a_path_relative_to_another_frame_is_the_same_path_known_from_there(vali
         diagonal = np.diagonal(near.covariance.covariance_px2, axis1=1, axis2=2)
         np.testing.assert_allclose(diagonal.T, near.sigma_px[near.covariance.frame] ** 2, rtol=1e-6)
     assert (near.covariance is None) == (valid < 8)
+
+
+@pytest.mark.parametrize(
+    ("method", "frame", "saw"),
+    [
+        ("smooth", 60, "60 in a recording of 60"),
+        ("smooth", -1, "-1 in a"),
+        ("per-frame", 3, "3 for the method per-frame"),
+    ],
+)
+def test_a_reference_frame_that_is_none_is_refused(method: Any, frame: int, saw: str) -> None:
+    recording = simulate(Plan(frames=60, image_size=64), letter_b(2, 3)[:64, :64], MOTIONS["II"], sigma=0.02)
+    with pytest.raises(InputError, match=f"the reference frame {saw}"):
+        track(recording, method, reference_frame=frame)
