@@ -230,9 +230,7 @@ def analyse(
                 path = find_path(_lit(run, tracking, normalise), tracking, mean_filter)
                 refuse_beyond(path.measurement, path.trajectory)
                 tell("reconstructing", 1, 3)
-                both = find_image(path, tracking, method, wanted, grid, shape=shape)
-                refuse_beyond(both.measurement, both.trajectory)  # a path that image and values contradict may run away
-                return both
+                return find_image(path, tracking, method, wanted, grid, shape=shape)
 
             found = explained(measurement, find, screen) if tracking == "joint" else find(measurement)
             measurement = found.measurement

@@ -58,19 +58,20 @@ def doubts_of(
         *_border_doubts(used, trajectory, reconstruction),
         *_frame_doubts(used, trajectory, reconstruction),
         *_path_doubts(measurement, trajectory),
-        *(
-            ()
-            if trajectory is None
-            else position_doubts(measurement, beside_background=_has_background(reconstruction))
-        ),
+        *_position_doubts(measurement, trajectory, reconstruction),
         *(_misfit_doubts(reconstruction) if trajectory is None or used >= _FEW_FRAMES else ()),
         *_moment_doubts(measurement),
     )
 
 
-def _has_background(reconstruction: Reconstruction | None) -> bool:
-    """Whether light of something that stands still was found beside the object."""
-    return reconstruction is not None and reconstruction.still is not None
+def _position_doubts(
+    measurement: Measurement, trajectory: Trajectory | None, reconstruction: Reconstruction | None
+) -> tuple[str, ...]:
+    """Say what the position values say against each other, where there is a path by them."""
+    if trajectory is None:
+        return ()
+    background = reconstruction is not None and reconstruction.still is not None
+    return position_doubts(measurement, with_image=trajectory.method == "joint", beside_background=background)
 
 
 def _path_doubts(measurement: Measurement, trajectory: Trajectory | None) -> tuple[str, ...]:

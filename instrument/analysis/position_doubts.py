@@ -21,14 +21,22 @@ _WEAK: Final = 0.2
 0.3, letters of half a fringe 0.5 and more."""
 
 
-def position_doubts(measurement: Measurement, *, beside_background: bool) -> tuple[str, ...]:
+_WEAK_WITH_IMAGE: Final = 0.1
+"""The same where an image was found together with the path: it knows what fine bars do to the light of the fringes."""
+
+
+def position_doubts(measurement: Measurement, *, with_image: bool, beside_background: bool) -> tuple[str, ...]:
     """Say where the position values contradict each other, and where they are weak.
 
     Args:
         measurement: the light.
+        with_image: whether an image was found together with the path.
         beside_background: whether light of something that stands still was found beside the object: it makes signals weaker.
     """
-    return (*_of_both_axes(measurement), *(() if beside_background else _of_signals(measurement)))
+    return (
+        *_of_both_axes(measurement),
+        *(() if beside_background else _of_signals(measurement, with_image=with_image)),
+    )
 
 
 def _of_both_axes(measurement: Measurement) -> tuple[str, ...]:
@@ -57,7 +65,7 @@ def _of_both_axes(measurement: Measurement) -> tuple[str, ...]:
     return (why,)
 
 
-def _of_signals(measurement: Measurement) -> tuple[str, ...]:
+def _of_signals(measurement: Measurement, *, with_image: bool) -> tuple[str, ...]:
     """Say along which axis the object is so long, or so finely divided, that the light of the fringes hardly changes."""
     position = measurement.scheme.position
     if position is None or position.period_px is None:
@@ -72,5 +80,5 @@ def _of_signals(measurement: Measurement) -> tuple[str, ...]:
         f"fringe, or much of the light is not its own, so that its place along {axis} may be wrong by more than is stated; fewer "
         "fourier_cycles suit larger objects"
         for axis, part in zip("xy", np.sqrt(np.maximum(squares, 0.0)).tolist(), strict=True)
-        if part < _WEAK
+        if part < (_WEAK_WITH_IMAGE if with_image else _WEAK)
     )

@@ -27,8 +27,8 @@ def with_values(recording: Recording, values: Floats | Integers) -> Recording:
     return replace(recording, values=values.reshape(recording.values.shape).astype(np.float64))
 
 
-def doubts(recording: Recording, *, beside_background: bool = False) -> tuple[str, ...]:
-    return position_doubts(Measurement.of(recording), beside_background=beside_background)
+def doubts(recording: Recording, *, with_image: bool = False, beside_background: bool = False) -> tuple[str, ...]:
+    return position_doubts(Measurement.of(recording), with_image=with_image, beside_background=beside_background)
 
 
 @pytest.mark.parametrize("scheme", TRACKING_ONLY)
@@ -65,6 +65,14 @@ def test_of_a_letter_as_long_as_a_fringe_the_weak_axis_is_told() -> None:
     assert float(told.removeprefix("only ").split(" %")[0]) < 15
     assert doubts(run, beside_background=True) == ()
     assert told in analyse(run).figures.doubts
+
+
+def test_of_fine_bars_a_fifth_is_doubted_unless_an_image_was_found_with_the_path() -> None:
+    """Bars of 2 px: 18 and 27 % of their light change with the fringes along x and along y."""
+    run = recorded("fourier-hadamard", object="bars", object_height_px=2, start_px=[20, 20])
+    (told,) = doubts(run)
+    assert "with the fringes along x" in told
+    assert doubts(run, with_image=True) == ()
 
 
 @pytest.mark.parametrize("counts", [50.0, 2000.0])
