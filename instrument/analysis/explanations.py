@@ -9,9 +9,9 @@ from dataclasses import replace
 from typing import Final
 
 from instrument.analysis.doubts import vague_px
-from instrument.analysis.find import Found
+from instrument.analysis.find import NOTHING, Found
 from instrument.analysis.lost_frames import without_lost_frames
-from instrument.analysis.otherwise import MAY_CONTRADICT, NOTHING, otherwise
+from instrument.analysis.otherwise import MAY_CONTRADICT, otherwise
 from instrument.analysis.second_look import Find, Screen, placed_again, slipped_for_sure
 from instrument.joint import CONTRADICTS
 from instrument.measurement import Finding, Measurement
@@ -74,8 +74,9 @@ def _doubted(found: Found) -> Found:
         return found
     text = "the position values are not those of the image's object"
     why = (
-        f"{text}: on the path found they are off by {misfit:.3g} times their noise, so that the path may be wrong by more than "
-        "is stated; look at the order of the patterns, at light that only some of them see, or take more light"
+        f"{text}: on the path found they are off by {misfit:.3g} times what their noise and the image's error allow, so that "
+        "the path may be wrong by more than is stated; look at the order of the patterns, at light that only some of them "
+        "see, or take more light"
     )
     frames = tuple(range(len(found.measurement)))
     findings = (*found.measurement.findings, Finding("contradiction", frames, text, why))

@@ -12,6 +12,9 @@ from instrument.reconstruction import Reconstruction, method_of, reconstruct
 from instrument.tracking import Trajectory, track, with_start
 from protocols import InputError
 
+NOTHING: Final = (InputError, np.linalg.LinAlgError)
+"""Errors of a run in which nothing is found."""
+
 _DARK_FRAMES: Final = 8
 """Longest row of frames without a measured one, at either end of a run, over which the path is extrapolated. Beyond a longer row
 nothing is claimed."""

@@ -3,8 +3,8 @@
 from dataclasses import replace
 from typing import Final
 
-from instrument.analysis.find import Found
-from instrument.analysis.otherwise import NOTHING, squares_of
+from instrument.analysis.find import NOTHING, Found
+from instrument.analysis.otherwise import squares_of
 from instrument.analysis.second_look import Find
 from instrument.measurement import Finding, Measurement, after_lost_frame
 

@@ -15,16 +15,12 @@ from typing import Final
 
 import numpy as np
 
-from instrument.analysis.find import Found
+from instrument.analysis.find import NOTHING, Found
 from instrument.analysis.second_look import Find, Screen, slipped_unseen
 from instrument.joint import CONTRADICTS, position_misfit
 from instrument.measurement import Finding, Measurement, by_patterns, first_light
 from instrument.schemes import AXES_EXCHANGED, exchanges
 from instrument.tracking import track
-from protocols import InputError
-
-NOTHING: Final = (InputError, np.linalg.LinAlgError)
-"""Errors of a run in which nothing is found."""
 
 MAY_CONTRADICT: Final = 1.1
 """Misfit of the position values above which they may contradict the image: at 50 counts of an all-on pattern, healthy runs had

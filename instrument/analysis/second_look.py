@@ -11,10 +11,9 @@ from typing import Final, TypeAlias, TypeVar
 
 import numpy as np
 
-from instrument.analysis.find import Found
+from instrument.analysis.find import NOTHING, Found
 from instrument.joint import Explained, Placed, likeliest, placed
 from instrument.measurement import Change, Measurement, Slips, suspects_of_counts
-from protocols import InputError
 
 Find: TypeAlias = Callable[[Measurement], Found]
 """Function that finds path and image."""
@@ -65,11 +64,11 @@ def in_step_first(
         The run that was asked, and what it said.
 
     Raises:
-        InputError: the run refuses, and no slip explains it.
+        InputError, LinAlgError: the run refuses, and no slip explains it.
     """
     try:
         return measurement, ask(measurement)
-    except InputError:
+    except NOTHING:
         slipped = slipped_for_sure(measurement, screen)
         if slipped is None:
             raise
@@ -122,7 +121,7 @@ def placed_again(measurement: Measurement, found: Found, find: Find, screen: Scr
     again = screen(better)
     try:
         return again, find(again)
-    except InputError:
+    except NOTHING:
         return measurement, found
 
 

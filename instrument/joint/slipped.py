@@ -74,16 +74,19 @@ def likeliest(frames: int, screen: Callable[[Slips], Measurement], suspects: Ite
     Args:
         frames: frames of the run.
         screen: function that gives the run whose values came by some shifts.
-        suspects: shifts that it may have beside none, frames about the changes not sure.
+        suspects: shifts that it may have beside none, frames about the changes not sure. One that proves to change in the last
+            frame, after which nothing comes that could tell, is left out.
 
     Returns:
         The run by these shifts; None where none of them gives path and image.
     """
     raw = screen(Slips.none(frames))
+    last_frame = raw.values.size - raw.values.shape[1]
     found: list[Placed] = []
     for slips in (Slips.none(frames), *suspects):
         with suppress(InputError, np.linalg.LinAlgError):
             found.append(placed(raw, slips, at_first_sight(screen(slips))))
+    found = [one for one in found if not one.slips.changes or one.slips.changes[-1].place < last_frame]
     if not found:
         return None
     of_none = min((one.cost for one in found if not one.slips.any), default=np.inf)

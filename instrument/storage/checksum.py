@@ -64,5 +64,6 @@ def changed_frames(rows: Floats, checksums: NDArray[Any], first_frame: int = 0) 
     first = int(wrong[0]) * FRAMES_A_BLOCK
     last = first_frame + min(first + FRAMES_A_BLOCK, len(rows)) - 1
     first += first_frame
-    more = f" (and {len(wrong) - 1} more such blocks)" if len(wrong) > 1 else ""
+    others = len(wrong) - 1
+    more = f" (and {others} more such block{'s' * (others > 1)})" if others else ""
     return f"frames {first} to {last}{more}"

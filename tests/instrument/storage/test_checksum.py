@@ -64,7 +64,7 @@ def test_all_changed_frames_are_counted() -> None:
     changed = ROWS.copy()
     changed[[0, 220]] = 0
     assert changed_frames(ROWS, sums.finished()) == ""
-    assert changed_frames(changed, sums.finished()) == "frames 0 to 99 (and 1 more such blocks)"
+    assert changed_frames(changed, sums.finished()) == "frames 0 to 99 (and 1 more such block)"
     assert changed_frames(ROWS[:99], sums.finished()) == "99 frames, where checksums stand for 3 times 100"
 
 
