@@ -13,9 +13,10 @@ from instrument.analysis.explanations import explained
 from instrument.analysis.find import Found, find_image, find_path
 from instrument.analysis.leaving import crossing, follow
 from instrument.analysis.merit import Figures, figures_of
+from instrument.analysis.passing import pass_by, refuse_passing
 from instrument.analysis.second_look import in_step_first, surely_slipped
 from instrument.analysis.stage_figures import stage_figures
-from instrument.choices import Background, Grid, Method, Normalise, Shape, Tracking
+from instrument.choices import Background, Grid, Method, Normalise, Reach, Shape, Tracking
 from instrument.measurement import LightModel, Measurement, Slips, first_light, usable_frames
 from instrument.reconstruction import Reconstruction, method_of, reconstruct
 from instrument.recording import Recording
@@ -63,7 +64,10 @@ class Analysis:
 
     @property
     def image(self) -> Floats | None:
-        """``(grid m, grid m)``: the image at ``reference_frame``, row = y down; None where the scheme only tracks."""
+        """``(grid m, grid m)``: the image at ``reference_frame``, row = y down; None where the scheme only tracks.
+
+        Of an object that passes by it is larger, as ``Reconstruction.image`` says.
+        """
         return None if self.reconstruction is None else self.reconstruction.image
 
     @property
@@ -161,6 +165,32 @@ def _refuse_shape(shape: Shape, tracking: Tracking, method: Method) -> None:
         )
 
 
+def _refuse_region(region: Reach, tracking: Tracking, method: Method, shape: Shape) -> None:
+    """Refuse a region that there is not, and one that the methods do not see.
+
+    Raises:
+        InputError: in both cases.
+    """
+    if region not in get_args(Reach):
+        raise InputError(
+            saw=f"the region {region!r}", expected=f"one of {', '.join(get_args(Reach))}", remedy="correct the name"
+        )
+    if region == "wide":
+        refuse_passing(tracking, method, shape)
+
+
+def _refuse_choices(tracking: Tracking, mean_filter: int | None, method: Method, shape: Shape, region: Reach) -> None:
+    """Refuse what there is not, and what does not go together.
+
+    Raises:
+        InputError: in both cases.
+    """
+    _refuse_tracking(tracking, mean_filter)
+    method_of(method)
+    _refuse_shape(shape, tracking, method)
+    _refuse_region(region, tracking, method, shape)
+
+
 def analyse(
     recording: Recording | str | Path,
     *,
@@ -171,6 +201,7 @@ def analyse(
     mean_filter: int | None = None,
     normalise: Normalise = "auto",
     shape: Shape = "auto",
+    region: Reach = "inside",
     on_step: OnStep | None = None,
 ) -> Analysis:
     """Track the object, reconstruct its image, and judge both, as far as the recording's scheme goes.
@@ -187,15 +218,17 @@ def analyse(
             ``frame``'s own as published, or nothing (``off``); ``auto`` goes with the tracking.
         shape: whether it is found how the object slowly turns and grows: where the values show it (``auto``), never (``rigid``),
             or in any case (``changing``). With the tracking ``joint`` and the method ``tv`` alone.
+        region: ``inside`` for an object that is inside the field in most frames, and may leave it or come into it; ``wide`` for
+            one that passes by, and may be larger than the field: its image then reaches outside. The lamp must be steady, and
+            the path is begun from the stage's profile, where the bench is calibrated. With ``joint`` and ``tv`` alone.
         on_step: function that is called before each step.
 
     Raises:
         InputError: the file cannot be read, no frame is usable, nothing can be found in the values, the object leaves the field,
-            tracking, method or shape are unknown, or a change of shape is asked of a method that follows none.
+            tracking, method, shape or region are unknown, or a change of shape, or the region ``wide``, is asked of a method
+            that knows none.
     """
-    _refuse_tracking(tracking, mean_filter)
-    method_of(method)
-    _refuse_shape(shape, tracking, method)
+    _refuse_choices(tracking, mean_filter, method, shape, region)
     if isinstance(recording, str | Path):
         recording = open_recording(recording)
     if isinstance(recording, Recording) and not usable_frames(recording).any():  # pyright: ignore[reportUnnecessaryIsInstance]
@@ -219,11 +252,15 @@ def analyse(
             """Take the values as they stand by some shifts."""
             return replace(Measurement.of(recording, slips), normalise=normalise)
 
-        if tracking == "joint":
+        if tracking == "joint" and region != "wide":
             measurement = surely_slipped(measurement, screen)
-        if tracking == "joint" and method == "tv":
+        if tracking == "joint" and method == "tv" and region != "wide":
             measurement, crossed = in_step_first(replace(measurement, normalise=normalise), crossing, screen)
-        if crossed is None:
+        if region == "wide":
+            tell("reconstructing", 1, 3)
+            found = pass_by(recording, measurement, wanted, grid)
+            measurement = found.measurement
+        elif crossed is None:
 
             def find(run: Measurement) -> Found:
                 """Find path and image."""

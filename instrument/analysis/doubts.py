@@ -51,8 +51,9 @@ def doubts_of(
         reconstruction: image found; None where the scheme has none.
     """
     used = int(np.count_nonzero(measurement.valid))
+    passes = reconstruction is not None and reconstruction.wide
     return (
-        *_light_doubts(measurement, stays=_stays(trajectory, reconstruction)),
+        *(() if passes else _light_doubts(measurement, stays=_stays(trajectory, reconstruction))),
         *_border_doubts(used, trajectory, reconstruction),
         *_frame_doubts(used, trajectory, reconstruction),
         *_path_doubts(measurement, trajectory),
@@ -147,7 +148,7 @@ def _frame_doubts(used: int, trajectory: Trajectory | None, reconstruction: Reco
 
 def _border_doubts(used: int, trajectory: Trajectory | None, reconstruction: Reconstruction | None) -> tuple[str, ...]:
     """Say that the object may be larger than the field: its image goes from one border to the other of what stays inside."""
-    if reconstruction is None or trajectory is None or used < _FEW_FRAMES:
+    if reconstruction is None or trajectory is None or used < _FEW_FRAMES or reconstruction.wide:
         return ()
     area, image = reconstruction.region, reconstruction.at_patterns
     part = image[area.top : area.top + area.height, area.left : area.left + area.width]
@@ -157,7 +158,8 @@ def _border_doubts(used: int, trajectory: Trajectory | None, reconstruction: Rec
         return ()
     why = (
         "the image goes from border to border of what stays inside the field: of an object that is larger than the field, "
-        "neither path nor image can be trusted; make it smaller on the modulator, or record fewer frames"
+        "neither path nor image can be trusted; take the region wide if it passes by, or "
+        "make it smaller on the modulator"
     )
     return (why,)
 

@@ -130,8 +130,12 @@ def refine(
     image = Reconstruction.of(problem, solution_of(problem, best.state), "tv")
     freedom = freedom_of(best)
     image = replace(image, misfit=freedom.misfit, unknowns=freedom.unknowns)
-    told = best.iterate.refinements or problem.passes
-    path = stated(best, fitted=fitted) if told else best.iterate.trajectory
+    path = best.iterate.trajectory
+    if problem.passes:
+        # How errors of image and path feed each other over rounds is only known for the differences' rows: one round is stated.
+        path = stated(replace(best, iterate=replace(best.iterate, refinements=1)), fitted=fitted)
+    elif best.iterate.refinements:
+        path = stated(best, fitted=fitted)
     return Refined(
         path,
         image,

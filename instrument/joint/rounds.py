@@ -13,6 +13,7 @@ from instrument.joint.prediction import Predictor
 from instrument.joint.shape_step import reshaped
 from instrument.numerics import TvState
 from instrument.reconstruction import METHODS, solved
+from protocols import Floats
 
 USUAL: Final = METHODS["tv"].strength or 0.0
 """Strength of the smoothing that suits most objects."""
@@ -22,6 +23,7 @@ FEWEST_FRAMES: Final = 64
 
 _MOST_REFINEMENTS = 8
 _MOST_PASSING = 24  # of an object that passes by, whose image is long in coming
+_LOST = 0.25  # of the field: an object that passes by is not pulled in from so far, and may be lost for good
 _STANDS_STILL = 0.204  # change of the path over its uncertainty, both rms, below which it is taken as found
 _ANOTHER = 1.0  # change of the shape over its uncertainty from which on the image is begun afresh
 
@@ -100,6 +102,8 @@ def refined(
             evidence, trajectory, shape_stands = step.evidence, step.trajectory, step.over_sigma < _STANDS_STILL
             afresh = step.over_sigma > _ANOTHER
         trajectory = path_step(evidence, frame, trajectory).trajectory
+        if given.problem.passes and _lost(trajectory.displacement_px - given.trajectory.displacement_px, given):
+            break
         change_px = trajectory.displacement_px - current.trajectory.displacement_px
         current = current.along(trajectory)
         state = None if afresh and refinements < most else state
@@ -108,3 +112,8 @@ def refined(
     if current.trajectory.pivot_px is not None and state is not None:
         current = current.seen_as(state.image, state.images[1] if current.problem.still else None)
     return Refinement(current, misfit_given, misfit, penalty, position_misfit, state)
+
+
+def _lost(change_px: Floats, given: Iterate) -> bool:
+    """Whether a path has come so far from where it began, ``(frames, 2)``, that it leads nowhere."""
+    return float(np.abs(change_px).max()) > _LOST * given.problem.values.size

@@ -13,6 +13,7 @@ FindingKind: TypeAlias = Literal[
     "lamp",
     "comes into the field",
     "leaves the field",
+    "passes by",
     "changes shape",
 ]
 

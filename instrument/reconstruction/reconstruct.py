@@ -78,6 +78,15 @@ class Reconstruction:
         """Whether the image reaches outside the field."""
         return self.at_patterns.shape != self.field.shape
 
+    @property
+    def edges_px(self) -> tuple[float, float, float, float] | None:
+        """Edges of a wide image, left, right, lower and upper, in px of the field; None of one that is the field's."""
+        if not self.wide:
+            return None
+        left, top = -self.field.left - 0.5, -self.field.top - 0.5
+        rows, columns = self.at_patterns.shape
+        return left, left + columns, top + rows, top
+
     def __repr__(self) -> str:
         """Say in one line what it is."""
         return line("Reconstruction", *self._facts().values())
