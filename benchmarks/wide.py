@@ -75,7 +75,7 @@ class Passing:
         )
         noise: dict[str, Any] = {"kind": "pixel", "sigma": 0.1, "seed": seed}
         if self.noise == "photons":
-            noise = {"kind": "poisson", "peak_counts": 500.0, "seed": seed}
+            noise = {"kind": "poisson", "peak_counts": 5000.0, "seed": seed}
         with TemporaryDirectory() as name:
             np.save(Path(name) / "object.npy", drawing)
             recording = simulate(

@@ -150,11 +150,7 @@ def _border_doubts(used: int, trajectory: Trajectory | None, reconstruction: Rec
     """Say that the object may be larger than the field: its image goes from one border to the other of what stays inside."""
     if reconstruction is None or trajectory is None or used < _FEW_FRAMES or reconstruction.wide:
         return ()
-    area, image = reconstruction.region, reconstruction.at_patterns
-    part = image[area.top : area.top + area.height, area.left : area.left + area.width]
-    lit = part > _LIT * part.max()
-    left, right, top, bottom = (float(side.mean()) for side in (lit[:, 0], lit[:, -1], lit[0], lit[-1]))
-    if max(min(left, right), min(top, bottom)) < _BORDER:
+    if not crosses_all(reconstruction):
         return ()
     why = (
         "the image goes from border to border of what stays inside the field: of an object that is larger than the field, "
@@ -162,6 +158,15 @@ def _border_doubts(used: int, trajectory: Trajectory | None, reconstruction: Rec
         "make it smaller on the modulator"
     )
     return (why,)
+
+
+def crosses_all(reconstruction: Reconstruction) -> bool:
+    """Whether an image goes from one border to the other of what stays inside the field."""
+    area, image = reconstruction.region, reconstruction.at_patterns
+    part = image[area.top : area.top + area.height, area.left : area.left + area.width]
+    lit = part > _LIT * part.max()
+    left, right, top, bottom = (float(side.mean()) for side in (lit[:, 0], lit[:, -1], lit[0], lit[-1]))
+    return max(min(left, right), min(top, bottom)) >= _BORDER
 
 
 def _light_doubts(measurement: Measurement, *, stays: bool) -> tuple[str, ...]:

@@ -5,11 +5,14 @@ Where the bench is calibrated, the stage's profile does, nearly. From there path
 refinement begins where the phases lead, which is often too far off; nothing is then said of how sure the path is.
 """
 
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
+from instrument.analysis.doubts import crosses_all
 from instrument.analysis.find import Found, find_path
 from instrument.choices import Background, Grid, Method, Shape, Tracking
 from instrument.joint import refine
@@ -25,6 +28,15 @@ the path was found, and 1.18 or more where it was not."""
 
 _FAR_PX: Final = 6.0
 """Distance between the path found and the stage's profile from which on one of them may be wrong: 5 px were pulled in, 12 not."""
+
+_CHANGES: Final = 0.05
+"""Change of the total light above which an object may come and go."""
+
+_NOTHING: Final = (InputError, np.linalg.LinAlgError)
+"""Errors of a run in which nothing is found."""
+
+_ROOM_PX: Final = 4
+"""Room that an object needs beside its path to stay inside the field."""
 
 _MOVED_PX: Final = 2.0
 """Travel without which nothing passes by."""
@@ -83,6 +95,65 @@ def pass_by(recording: Recording, measurement: Measurement, background: Backgrou
     return _told(found, told)
 
 
+def unless_it_passes(usual: Callable[[], Found], recording: Recording, background: Background, grid: Grid) -> Found:
+    """Find path and image as usual; and where these fail, or are in doubt, those of an object that passes by as the stage tells.
+
+    Where by the stage's profile no object can stay inside the field, one that passes by is looked for first.
+
+    Args:
+        usual: function that finds them of an object that is inside the field.
+        recording: the run.
+        background: as in ``pass_by``.
+        grid: likewise.
+
+    Raises:
+        InputError, LinAlgError: as ``usual``, where the object is not found to pass by either.
+    """
+    as_arrived = Measurement.of(recording)
+    told = None if as_arrived.scheme.image_rows is None else stage_path(recording, as_arrived)
+    if told is None:
+        return usual()
+    no_room = float(np.ptp(told.displacement_px, axis=0).max()) > recording.plan.image_size - _ROOM_PX
+    passing = _tried(recording, as_arrived, background, grid) if no_room else None
+    if passing is not None:
+        return passing
+    found, refused = None, None
+    try:
+        found = usual()
+    except _NOTHING as error:
+        refused = error
+    if not no_room and (found is None or _in_doubt(found)):
+        passing = _tried(recording, as_arrived, background, grid)
+    if passing is not None and (found is None or _misfit(passing) < _misfit(found)):
+        return passing
+    if found is None:
+        assert refused is not None  # noqa: S101  (either is there)
+        raise refused
+    return found
+
+
+def _tried(recording: Recording, as_arrived: Measurement, background: Background, grid: Grid) -> Found | None:
+    """Give path and image of an object that passes by, where there are such that say how sure they are."""
+    with suppress(*_NOTHING):
+        found = pass_by(recording, as_arrived, background, grid)
+        if found.trajectory is not None and np.isfinite(found.trajectory.sigma_px).any():
+            return found
+    return None
+
+
+def _misfit(found: Found) -> float:
+    return np.inf if found.reconstruction is None else found.reconstruction.misfit
+
+
+def _in_doubt(found: Found) -> bool:
+    """Whether an object seems as large as what stays inside the field, or much is unexplained while the light changes."""
+    if found.reconstruction is None:
+        return False
+    return crosses_all(found.reconstruction) or (
+        found.measurement.light_change() > _CHANGES and not _misfit(found) < _EXPLAINED
+    )
+
+
 def stage_path(recording: Recording, measurement: Measurement) -> Trajectory | None:
     """Give the path that the stage's profile and the calibration tell; None where one of them is missing, or nothing moves."""
     motion, known = recording.plan.motion, recording.calibration
@@ -116,7 +187,7 @@ def _told(found: Found, told: Trajectory | None) -> Found:
         f"{text}: the lamp is taken to be steady, and parts that were in the field for a short time, or late, when fine patterns "
         "were shown, are less sure"
     )
-    why = _why_not(path, image.misfit, told)
+    why = _why_not(path, image.misfit, told, found.refinements)
     if why:
         path = replace(path, sigma_px=np.full_like(path.sigma_px, np.inf), covariance=None)
         sentence = f"{sentence}; {why}"
@@ -125,12 +196,17 @@ def _told(found: Found, told: Trajectory | None) -> Found:
     return replace(found, trajectory=path, measurement=measurement)
 
 
-def _why_not(path: Trajectory, misfit: float, told: Trajectory | None) -> str:
+def _why_not(path: Trajectory, misfit: float, told: Trajectory | None, refinements: int) -> str:
     """Say why the path may be wrong by more than its uncertainty; nothing where it is to be trusted."""
     if told is None:
         return (
             "the path was begun from the phases of the fringes, which what comes and goes moves too, and may "
             "be off by many px: no uncertainty is stated; calibrate the stage, or give the path to reconstruct()"
+        )
+    if not refinements:
+        return (
+            "the values do not make the stage's profile better, so that the path is that profile, and no uncertainty is stated: "
+            "take more light, or let the object be longer in the field"
         )
     if not misfit < _EXPLAINED:
         return (

@@ -23,7 +23,7 @@ def analyse_path(
     mean_filter: int | None = None,
     normalise: Normalise = "auto",
     shape: Shape = "auto",
-    region: Reach = "inside",
+    region: Reach = "auto",
     results: str | Path | None = None,
     on_step: OnStep | None = None,
 ) -> Figures:

@@ -70,9 +70,10 @@ def analyse_file(
         Reach,
         typer.Option(
             help="inside: the object is in the field in most frames; wide: it passes by, and may be larger than the field: its "
-            "image then reaches outside. Needs a steady lamp, and a stage that is calibrated."
+            "image then reaches outside. Needs a steady lamp, and a calibrated stage. auto: wide where only that explains the "
+            "values."
         ),
-    ] = "inside",
+    ] = "auto",
     results: Annotated[
         Path | None,
         typer.Option(
@@ -129,7 +130,7 @@ def analyse_file(
             mean_filter=mean_filter is not None,
             normalise=normalise != "auto",
             shape=shape != "auto",
-            region=region != "inside",
+            region=region != "auto",
             table=bool(table),
             again=again,
             workers=workers is not None,
@@ -228,7 +229,7 @@ def analysed(
     mean_filter: int | None = None,
     normalise: Normalise = "auto",
     shape: Shape = "auto",
-    region: Reach = "inside",
+    region: Reach = "auto",
 ) -> "Analysis":
     """Analyse with a progress bar, and say what is not as it should be.
 

@@ -131,7 +131,7 @@ def refine(
     freedom = freedom_of(best)
     image = replace(image, misfit=freedom.misfit, unknowns=freedom.unknowns)
     path = best.iterate.trajectory
-    if problem.passes:
+    if problem.passes and best.iterate.refinements:
         # How errors of image and path feed each other over rounds is only known for the differences' rows: one round is stated.
         path = stated(replace(best, iterate=replace(best.iterate, refinements=1)), fitted=fitted)
     elif best.iterate.refinements:

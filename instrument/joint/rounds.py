@@ -103,7 +103,7 @@ def refined(
             afresh = step.over_sigma > _ANOTHER
         trajectory = path_step(evidence, frame, trajectory).trajectory
         if given.problem.passes and _lost(trajectory.displacement_px - given.trajectory.displacement_px, given):
-            break
+            return Refinement(given, misfit_given, misfit_given, penalty, position_misfit)
         change_px = trajectory.displacement_px - current.trajectory.displacement_px
         current = current.along(trajectory)
         state = None if afresh and refinements < most else state

@@ -38,8 +38,8 @@ class Request(Frozen):
     shape: Shape = "auto"
     """Whether a slow change of the object's shape is found with its path."""
 
-    region: Reach = "inside"
-    """Whether the object is inside the field, or passes by."""
+    region: Reach = "auto"
+    """Whether the object is inside the field, or passes by, or that is found out."""
 
     @property
     def key(self) -> str:

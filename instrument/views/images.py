@@ -80,7 +80,7 @@ def draw_image(
 def _ticks(low: float, high: float, side: int) -> list[float]:
     """Multiples of a quarter of the field between two edges; of half, or all of it, where there would be many."""
     step = max(1, side // 4) * (1 if high - low < 2.5 * side else 2)
-    return np.arange(np.ceil(low / step) * step, high, step).tolist()
+    return [float(tick) for tick in np.arange(np.ceil(low / step) * step, high, step)]
 
 
 def draw_bar(axes: Axes, side_px: int, px_per_mm: float | None, at_px: tuple[float, float] | None = None) -> None:

@@ -142,6 +142,7 @@ def test_without_a_calibration_no_uncertainty_is_stated(passing: Recording) -> N
     assert any("begun from the phases" in text for text in found.figures.doubts)
 
 
+@pytest.mark.thorough
 def test_a_calibration_that_is_far_off_is_told(passing: Recording) -> None:
     """By 40 %, 16 px, of which refining pulls in a part."""
     assert passing.calibration is not None
@@ -151,6 +152,13 @@ def test_a_calibration_that_is_far_off_is_told(passing: Recording) -> None:
     found = analyse(replace(passing, calibration=calibration), region="wide", grid="1")
     assert found.figures.sigma_px is None
     assert any("no uncertainty is stated" in text for text in found.figures.doubts)
+
+
+@pytest.mark.thorough
+def test_an_object_that_passes_by_is_found_out(passing: Recording) -> None:
+    found = analyse(passing, grid="1")
+    assert found.figures.image_px is not None
+    assert any("passes by" in text for text in found.figures.found)
 
 
 @pytest.mark.parametrize(
