@@ -56,7 +56,7 @@ def doubts_of(
         *(() if passes else _light_doubts(measurement, stays=_stays(trajectory, reconstruction))),
         *_border_doubts(used, trajectory, reconstruction),
         *_frame_doubts(used, trajectory, reconstruction),
-        *_path_doubts(measurement, trajectory),
+        *(() if passes else _path_doubts(measurement, trajectory)),
         *(_misfit_doubts(reconstruction) if trajectory is None or used >= _FEW_FRAMES else ()),
         *_moment_doubts(measurement),
     )

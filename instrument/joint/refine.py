@@ -20,7 +20,7 @@ from instrument.reconstruction import Problem, Reconstruction, Region, light_of,
 from instrument.recording import Recording
 from instrument.schemes import position_of
 from instrument.tracking import Trajectory, as_trajectory
-from protocols import Floats
+from protocols import Floats, InputError
 from protocols.field_docs import with_fields
 
 _WORSE = 1.05  # ratio of misfits above which the refined path is worse than the one given
@@ -99,7 +99,7 @@ def refine(
             The path is then that of its centroid.
 
     Raises:
-        InputError: as ``reconstruct``, or the scheme has no position.
+        InputError: as ``reconstruct``, the scheme has no position, or a changing shape is asked of an object that passes by.
     """
     measurement = light_of(recording, region)
     position_of(measurement.scheme)
@@ -108,6 +108,12 @@ def refine(
     problem = Problem.of(measurement, values, trajectory, region=region)
     if region == "wide":  # the path may prove longer
         problem = problem.within(problem.region.wider(_MORE_PX))
+    if problem.passes and shape == "changing":
+        raise InputError(
+            saw="a changing shape of an object that passes by",
+            expected="a rigid one: what turns and what comes into the field look alike",
+            remedy="leave out the shape, or the region",
+        )
     start: TvState | None = None
     if background == "fit":
         problem = problem.with_still()
@@ -120,7 +126,7 @@ def refine(
     usual = Picture.of(_as_seen(refinement.iterate, region).on_grid(finer))
     if usual.state.misfit > _WORSE * refinement.misfit_given:
         usual = Picture.of(_as_seen(given, region).on_grid(finer))
-    changed = None if shape == "rigid" else changing(usual, asked=shape == "changing", fitted=fitted)
+    changed = None if shape == "rigid" or problem.passes else changing(usual, asked=shape == "changing", fitted=fitted)
     best = changed or (usual if usual.iterate.problem.passes else in_detail(usual, fitted=fitted))
     if changed is None and grid is None and finer > 1 and best.state.misfit > _NO_BETTER * refinement.misfit:
         best = in_detail(

@@ -72,7 +72,7 @@ def draw_image(
             linewidth=1.2,
             label="the field at this frame",
         )
-        axes.legend(loc="upper left", fontsize=8, framealpha=0.8)
+        axes.legend(loc="lower left", fontsize=7, framealpha=0.7)
     if bar:
         draw_bar(axes, side, px_per_mm, at_px=(edges[1], edges[2]))
 
