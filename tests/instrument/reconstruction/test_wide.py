@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from instrument import Plan, Recording, reconstruct, simulate
+from instrument.joint import refine
 from instrument.numerics import InTime, psnr
 from instrument.patterns import walsh_matrix
 from instrument.reconstruction import Field, FixedPatterns, Region, ShiftedHadamard, field_in
@@ -16,11 +17,11 @@ SIZE, FRAMES = 32, 500
 
 
 def test_the_field_sees_of_a_passing_object_what_its_own_way_uncovers() -> None:
-    """Moved by up to 10.2 px to the right, pixels from -10.2 on are seen; by up to 3.5 px up, those down to 32 + 3.5."""
-    region = Region.seen(np.array([[0.0, 0.0], [10.2, -3.5]]), SIZE)
-    assert region == Region(top=0, left=-11, height=36, width=43)
+    """Moved by up to 10.2 px to the right, pixels from -10.2 on are seen; by 2.5 px down and 3.5 px up, from -2.5 to 32 + 3.5."""
+    region = Region.seen(np.array([[0.0, 2.5], [10.2, -3.5]]), SIZE)
+    assert region == Region(top=-3, left=-11, height=39, width=43)
     assert Region.seen(np.zeros((2, 2)), SIZE) == Region.whole(SIZE)
-    assert region.wider(2) == Region(top=-2, left=-13, height=40, width=47)
+    assert region.wider(2) == Region(top=-5, left=-13, height=43, width=47)
 
 
 def test_an_image_of_a_region_outside_holds_the_field_too() -> None:
@@ -145,3 +146,9 @@ def test_the_image_of_a_passing_object_is_larger_than_the_field(passing: Recordi
 def test_an_unknown_region_is_refused(passing: Recording) -> None:
     with pytest.raises(InputError, match="the region 'whole'"):
         reconstruct(passing, None, region="whole")  # type: ignore[arg-type]  # pyright: ignore[reportArgumentType]
+
+
+def test_a_shape_that_changes_is_not_sought_of_what_passes_by(passing: Recording) -> None:
+    assert passing.truth is not None
+    with pytest.raises(InputError, match="changing shape"):
+        refine(passing, passing.truth.displacement_px, region="wide", shape="changing")
