@@ -23,6 +23,7 @@ from skimage.restoration import denoise_tv_chambolle  # pyright: ignore[reportUn
 from benchmarks.dense import DenseSingles
 from benchmarks.octave import SETTINGS, Written, run_octave
 from benchmarks.scenes import FRAMES, SIZE, diagonal, recorded, scene
+from instrument.choices import Extent
 from instrument.measurement import Measurement
 from instrument.numerics import (
     Operator,
@@ -69,15 +70,15 @@ class Comparison:
         return self.written.values
 
     @classmethod
-    def of(cls, *, region: bool, seed: int) -> "Comparison":
+    def of(cls, *, region: Extent, seed: int) -> "Comparison":
         """Simulate the letter on motion II, noise of 0.1 on every pixel."""
         recording = recorded(Plan(frames=FRAMES, image_size=SIZE), scene("letter-B"), diagonal, sigma=0.1, seed=seed)
         truth = recording.truth
         assert truth is not None  # noqa: S101  (simulated)
         measurement = Measurement.of(recording)
-        of_image = measurement.image_values(steady_object=region)
+        of_image = measurement.image_values(steady_object=region == "inside")
         motion = as_trajectory(truth.displacement_px, len(measurement), measurement.frame_time_s)
-        problem = Problem.of(measurement, of_image, motion, inside=region)
+        problem = Problem.of(measurement, of_image, motion, region=region)
         area, pairs = problem.region, of_image.pairs
         middle = (problem.places.positive + problem.places.negative) / 2
         weighted, values = problem.hadamard()
@@ -222,7 +223,7 @@ def main() -> None:
     parser.add_argument("--write-mat", type=Path, help="file for rows, values, truth and settings")
     arguments = parser.parse_args()
     repeats: int = arguments.repeats
-    problem = Comparison.of(region=arguments.region, seed=arguments.seed)
+    problem = Comparison.of(region="inside" if arguments.region else "field", seed=arguments.seed)
     threads = os.environ.get("OPENBLAS_NUM_THREADS", "all")
     print(f"cores {os.cpu_count()}, load {os.getloadavg()[0]:.1f}, BLAS threads {threads}; ratios hold within this run")
     height, width = problem.area.shape

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.scenes import FRAMES, MOTIONS, Path2D, arc, diagonal, recorded, scene, wavy
+from instrument.choices import Extent
 from instrument.joint import refine
 from instrument.numerics import displacement_mse, offset_free_mse, psnr
 from instrument.plan import Plan
@@ -33,13 +34,13 @@ class Case:
     frames: int = FRAMES
     counts: float | None = None
     """Photons of a half-lit pattern; None for noise ``pixel``."""
-    region: bool = True
+    region: Extent = "inside"
 
     def __str__(self) -> str:
         """What differs from the first line."""
         light = "" if self.counts is None else f" {self.counts:g} counts"
         frames = "" if self.frames == FRAMES else f" {self.frames} frames"
-        return f"{self.scene} {self.motion}{frames}{light}{'' if self.region else ' full field'}"
+        return f"{self.scene} {self.motion}{frames}{light}{'' if self.region == 'inside' else ' full field'}"
 
 
 CASES = (
@@ -47,7 +48,7 @@ CASES = (
     *(Case(motion, frames=333) for motion in ("arc", "diagonal", "I", "wavy")),
     *(Case(motion, counts=counts) for counts in (50.0, 100.0, 250.0, 1000.0, 4000.0) for motion in ("arc", "diagonal")),
     *(Case(motion) for motion in list(MOTIONS)[2:]),
-    Case("arc", region=False),
+    Case("arc", region="field"),
 )
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from benchmarks.limits import Limits, cramer_rao
 from benchmarks.scenes import FRAMES, SIZE, Path2D, arc, diagonal, recorded, scene
+from instrument.choices import Extent
 from instrument.joint import refine
 from instrument.numerics import displacement_mse, offset_free_mse, psnr, ssim_global, ssim_local
 from instrument.plan import Plan
@@ -23,7 +24,7 @@ from instrument.tracking import track
 from protocols import Floats
 
 
-def row(recording: Recording, *, region: bool) -> list[float]:
+def row(recording: Recording, *, region: Extent) -> list[float]:
     """Figures of one run."""
     truth = recording.truth
     if truth is None:
@@ -68,7 +69,7 @@ class Case:
     used: int = FRAMES
     """Of those, the first so many are analysed."""
     order: Literal["tv", "hyperbolic"] = "tv"
-    region: bool = True
+    region: Extent = "inside"
 
     @property
     def plan(self) -> Plan:
@@ -113,7 +114,7 @@ CASES = (
     Case("plane", "plane"),
     Case("bars", "bars"),
     Case("bars, hyperbolic", "bars", order="hyperbolic"),
-    Case("B, full field", region=False),
+    Case("B, full field", region="field"),
     Case("B, first 333 of 1666", used=333),
     Case("B, plan of 333", planned=333),
     Case("B, plan of 333, hyp.", planned=333, order="hyperbolic"),

@@ -61,7 +61,7 @@ def one_run(
 def tval3_psnr(recording: Recording, motion: Trajectory, truth: Truth, mu: float) -> float:
     """PSNR of the image by TVAL3's model, on the whole field as its authors use it."""
     measurement = Measurement.of(recording)
-    problem = Problem.of(measurement, measurement.image_values(steady_object=False), motion, inside=False)
+    problem = Problem.of(measurement, measurement.image_values(steady_object=False), motion, region="field")
     return psnr(tv_augmented_lagrangian(*problem.hadamard(), mu=mu).image.astype(np.float64), truth.image)
 
 

@@ -17,6 +17,14 @@ Background: TypeAlias = Literal["auto", "fit", "none"]
 Grid: TypeAlias = Literal["auto", "1", "2"]
 """Image pixels that a pattern pixel has along each axis; ``auto`` takes 2 where the motion supports it."""
 
+Extent: TypeAlias = Literal["inside", "field", "wide"]
+"""Which pixels of the object are solved for: those that stay inside the field in every frame; those inside it at frame 0; or all
+that it ever sees, of an object that passes by and may be larger than the field."""
+
+Reach: TypeAlias = Literal["auto", "inside", "wide"]
+"""How far the object reaches in an analysis: inside the field but for some frames, or passing by and perhaps larger. ``auto``
+takes it to pass by where a calibrated stage tells so, and its values are explained by nothing else."""
+
 Normalise: TypeAlias = Literal["auto", "smoothed", "frame", "off"]
 """By what values are divided against a lamp that changes: the total light smoothed over frames, each frame's own as published, or
 nothing; ``auto`` is ``frame`` where the path is found as published, else ``smoothed``."""

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TypeAlias, get_args
 
@@ -13,9 +14,10 @@ from instrument.analysis.explanations import explained
 from instrument.analysis.find import Found, find_image, find_path
 from instrument.analysis.leaving import crossing, follow
 from instrument.analysis.merit import Figures, figures_of
+from instrument.analysis.passing import pass_by, refuse_passing, unless_it_passes
 from instrument.analysis.second_look import in_step_first, surely_slipped
 from instrument.analysis.stage_figures import stage_figures
-from instrument.choices import Background, Grid, Method, Normalise, Shape, Tracking
+from instrument.choices import Background, Grid, Method, Normalise, Reach, Shape, Tracking
 from instrument.measurement import LightModel, Measurement, Slips, first_light, usable_frames
 from instrument.reconstruction import Reconstruction, method_of, reconstruct
 from instrument.recording import Recording
@@ -63,7 +65,10 @@ class Analysis:
 
     @property
     def image(self) -> Floats | None:
-        """``(grid m, grid m)``: the image at ``reference_frame``, row = y down; None where the scheme only tracks."""
+        """``(grid m, grid m)``: the image at ``reference_frame``, row = y down; None where the scheme only tracks.
+
+        Of an object that passes by it is larger, as ``Reconstruction.image`` says.
+        """
         return None if self.reconstruction is None else self.reconstruction.image
 
     @property
@@ -161,6 +166,47 @@ def _refuse_shape(shape: Shape, tracking: Tracking, method: Method) -> None:
         )
 
 
+def _refuse_region(region: Reach, tracking: Tracking, method: Method, shape: Shape) -> None:
+    """Refuse a region that there is not, and one that the methods do not see.
+
+    Raises:
+        InputError: in both cases.
+    """
+    if region not in get_args(Reach):
+        raise InputError(
+            saw=f"the region {region!r}", expected=f"one of {', '.join(get_args(Reach))}", remedy="correct the name"
+        )
+    if region == "wide":
+        refuse_passing(tracking, method, shape)
+
+
+def _refuse_unusable(recording: Recording) -> None:
+    """Refuse a recording without a usable frame, and values beyond all measure.
+
+    Raises:
+        InputError: in both cases.
+    """
+    if not usable_frames(recording).any():
+        raise InputError(
+            saw=f"{len(recording)} frames, none of them valid" + _why(recording),
+            expected="a recording with usable frames",
+            remedy="look at /entry/timing/report in the file for why, and repeat the run",
+        )
+    refuse_size(recording)
+
+
+def _refuse_choices(tracking: Tracking, mean_filter: int | None, method: Method, shape: Shape, region: Reach) -> None:
+    """Refuse what there is not, and what does not go together.
+
+    Raises:
+        InputError: in both cases.
+    """
+    _refuse_tracking(tracking, mean_filter)
+    method_of(method)
+    _refuse_shape(shape, tracking, method)
+    _refuse_region(region, tracking, method, shape)
+
+
 def analyse(
     recording: Recording | str | Path,
     *,
@@ -171,6 +217,7 @@ def analyse(
     mean_filter: int | None = None,
     normalise: Normalise = "auto",
     shape: Shape = "auto",
+    region: Reach = "auto",
     on_step: OnStep | None = None,
 ) -> Analysis:
     """Track the object, reconstruct its image, and judge both, as far as the recording's scheme goes.
@@ -187,27 +234,24 @@ def analyse(
             ``frame``'s own as published, or nothing (``off``); ``auto`` goes with the tracking.
         shape: whether it is found how the object slowly turns and grows: where the values show it (``auto``), never (``rigid``),
             or in any case (``changing``). With the tracking ``joint`` and the method ``tv`` alone.
+        region: ``inside`` for an object that is inside the field in most frames, and may leave it or come into it. ``wide`` for
+            one that passes by, and may be larger than the field: its image then reaches outside. The lamp must be steady, and the
+            path is begun from the stage's profile, where the bench is calibrated. With ``joint`` and ``tv`` alone. ``auto`` takes
+            it to pass by where a calibrated stage tells so, and its values are explained by nothing else.
         on_step: function that is called before each step.
 
     Raises:
         InputError: the file cannot be read, no frame is usable, nothing can be found in the values, the object leaves the field,
-            tracking, method or shape are unknown, or a change of shape is asked of a method that follows none.
+            tracking, method, shape or region are unknown, or a change of shape, or the region ``wide``, is asked of a method
+            that knows none.
     """
-    _refuse_tracking(tracking, mean_filter)
-    method_of(method)
-    _refuse_shape(shape, tracking, method)
+    _refuse_choices(tracking, mean_filter, method, shape, region)
     if isinstance(recording, str | Path):
         recording = open_recording(recording)
-    if isinstance(recording, Recording) and not usable_frames(recording).any():  # pyright: ignore[reportUnnecessaryIsInstance]
-        raise InputError(
-            saw=f"{len(recording)} frames, none of them valid" + _why(recording),
-            expected="a recording with usable frames",
-            remedy="look at /entry/timing/report in the file for why, and repeat the run",
-        )
     tell: OnStep = on_step or _tell_nobody
     started_s = time.perf_counter()
     if isinstance(recording, Recording):  # pyright: ignore[reportUnnecessaryIsInstance] - a script may pass a path
-        refuse_size(recording)
+        _refuse_unusable(recording)
     measurement = Measurement.of(recording)
     refuse_hopeless(measurement, recording if isinstance(recording, Recording) else None)  # pyright: ignore[reportUnnecessaryIsInstance]
     wanted = "none" if background == "auto" and recording.background is not None else background
@@ -219,11 +263,14 @@ def analyse(
             """Take the values as they stand by some shifts."""
             return replace(Measurement.of(recording, slips), normalise=normalise)
 
-        if tracking == "joint":
+        if tracking == "joint" and region != "wide":
             measurement = surely_slipped(measurement, screen)
-        if tracking == "joint" and method == "tv":
+        if tracking == "joint" and method == "tv" and region != "wide":
             measurement, crossed = in_step_first(replace(measurement, normalise=normalise), crossing, screen)
-        if crossed is None:
+        if region == "wide":
+            tell("reconstructing", 1, 3)
+            found = pass_by(recording, measurement, wanted, grid)
+        elif crossed is None:
 
             def find(run: Measurement) -> Found:
                 """Find path and image."""
@@ -232,7 +279,10 @@ def analyse(
                 tell("reconstructing", 1, 3)
                 return find_image(path, tracking, method, wanted, grid, shape=shape)
 
-            found = explained(measurement, find, screen) if tracking == "joint" else find(measurement)
+            way = partial(explained, measurement, find, screen) if tracking == "joint" else partial(find, measurement)
+            if region == "auto" and tracking == "joint" and method == "tv" and shape != "changing":
+                way = partial(unless_it_passes, way, recording, wanted, grid)
+            found = way()
             measurement = found.measurement
         else:
             tell("reconstructing", 1, 3)

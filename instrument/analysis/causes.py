@@ -193,8 +193,8 @@ def refuse_beyond(measurement: Measurement, trajectory: Trajectory | None) -> No
         raise InputError(
             saw=f"{saw}, and light that changes by {100 * change:.0f} %",
             expected=f"an object all of which is inside the field in {FEWEST_FRAMES} frames or more",
-            remedy="if it crosses the field, let it go more slowly, or record the frames faster; one that is larger than the "
-            "field needs optics that make it smaller on the modulator",
+            remedy="if it crosses the field, let it go more slowly, or record the frames faster; if it passes by, as one "
+            "that is larger than the field, take the region wide",
         )
     raise InputError(
         saw=f"{saw}, though the light stays",

@@ -53,12 +53,13 @@ def doubts_of(
         reconstruction: image found; None where the scheme has none.
     """
     used = int(np.count_nonzero(measurement.valid))
+    passes = reconstruction is not None and reconstruction.wide
     return (
-        *_light_doubts(measurement, stays=_stays(trajectory, reconstruction)),
+        *(() if passes else _light_doubts(measurement, stays=_stays(trajectory, reconstruction))),
         *_border_doubts(used, trajectory, reconstruction),
         *_frame_doubts(used, trajectory, reconstruction),
-        *_path_doubts(measurement, trajectory),
-        *_position_doubts(measurement, trajectory, reconstruction),
+        *(() if passes else _path_doubts(measurement, trajectory)),
+        *(() if passes else _position_doubts(measurement, trajectory, reconstruction)),
         *(_misfit_doubts(reconstruction) if trajectory is None or used >= _FEW_FRAMES else ()),
         *_moment_doubts(measurement),
     )
@@ -163,19 +164,25 @@ def _frame_doubts(used: int, trajectory: Trajectory | None, reconstruction: Reco
 
 def _border_doubts(used: int, trajectory: Trajectory | None, reconstruction: Reconstruction | None) -> tuple[str, ...]:
     """Say that the object may be larger than the field: its image goes from one border to the other of what stays inside."""
-    if reconstruction is None or trajectory is None or used < _FEW_FRAMES:
+    if reconstruction is None or trajectory is None or used < _FEW_FRAMES or reconstruction.wide:
         return ()
+    if not crosses_all(reconstruction):
+        return ()
+    why = (
+        "the image goes from border to border of what stays inside the field: of an object that is larger than the field, "
+        "neither path nor image can be trusted; take the region wide if it passes by, or "
+        "make it smaller on the modulator"
+    )
+    return (why,)
+
+
+def crosses_all(reconstruction: Reconstruction) -> bool:
+    """Whether an image goes from one border to the other of what stays inside the field."""
     area, image = reconstruction.region, reconstruction.at_patterns
     part = image[area.top : area.top + area.height, area.left : area.left + area.width]
     lit = part > _LIT * part.max()
     left, right, top, bottom = (float(side.mean()) for side in (lit[:, 0], lit[:, -1], lit[0], lit[-1]))
-    if max(min(left, right), min(top, bottom)) < _BORDER:
-        return ()
-    why = (
-        "the image goes from border to border of what stays inside the field: of an object that is larger than the field, "
-        "neither path nor image can be trusted; make it smaller on the modulator, or record fewer frames"
-    )
-    return (why,)
+    return max(min(left, right), min(top, bottom)) >= _BORDER
 
 
 def _light_doubts(measurement: Measurement, *, stays: bool) -> tuple[str, ...]:

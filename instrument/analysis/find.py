@@ -150,6 +150,8 @@ def _turned(measurement: Measurement, trajectory: Trajectory, tracking: Tracking
 
 def placed_at(measurement: Measurement, trajectory: Trajectory, image: Reconstruction | None) -> Trajectory:
     """Give the absolute position where the scheme measures one, with what the images of object and background say of it."""
+    if image is not None and image.wide:  # there is no centroid of an object that is not in the field as a whole
+        return trajectory
     if image is None:
         return with_start(measurement, trajectory)
     still = None if image.still is None else image.still * image.gain

@@ -83,13 +83,20 @@ class Figures(Frozen):
     """Mean squared error of the displacement after a constant shift is removed."""
 
     psnr_db: float | None = None
-    """10 log10(1 / MSE) of the image, clipped to 0..1; after one least-squares gain for photon counts; 300 at most."""
+    """10 log10(1 / MSE) of the image, clipped to 0..1; after one least-squares gain for photon counts; 300 at most. Of a wide
+    image it is that of what is in the field at frame 0, as is the structural similarity: the truth holds no more."""
 
     ssim_global: float | None = None
     """Structural similarity with moments of the whole image, as in Li et al. (2023)."""
 
     ssim_local: float | None = None
     """Structural similarity with a Gaussian window of 11 x 11, sigma 1.5, as in Wang et al. (2004)."""
+
+    image_px: tuple[NonNegativeInt, NonNegativeInt] | None = None
+    """Columns and rows of an image that reaches outside the field, in px of the patterns; None of one that is the field's."""
+
+    origin_px: tuple[NonNegativeInt, NonNegativeInt] | None = None
+    """Column and row of such an image at which the field's pixel (0, 0) is; None likewise."""
 
     grid: NonNegativeInt | None = None
     """Image pixels that a pattern pixel has along each axis; None where there is no image."""
@@ -138,6 +145,9 @@ class Figures(Frozen):
             rows["SSIM"] = f"{self.ssim_global:.4f} global, {self.ssim_local:.4f} local"
         if self.misfit is not None:
             rows["misfit"] = f"{self.misfit:.3f} (1 is the noise alone)"
+        if self.image_px is not None and self.origin_px is not None:
+            (columns, lines), (x, y) = self.image_px, self.origin_px
+            rows["image"] = f"{columns} x {lines} px; the field begins at column {x}, row {y} of it"
         if self.grid is not None and self.grid > 1:
             rows["image pixels"] = f"{1 / self.grid:g} px wide, {self.grid} x {self.grid} to a pattern pixel"
         rows |= _light_rows(self.light)
@@ -306,11 +316,14 @@ def _image_figures(
     """Compute the figures of the image."""
     if reconstruction is None:
         return {}
-    image, fit_gain = reconstruction.at_patterns, measurement.photon_counts
+    image, fit_gain = reconstruction.in_field, measurement.photon_counts
     figures: dict[str, Any] = {
         "misfit": reconstruction.misfit if np.isfinite(reconstruction.misfit) else None,
         "grid": reconstruction.grid,
     }
+    if reconstruction.wide:
+        figures["image_px"] = reconstruction.at_patterns.shape[::-1]
+        figures["origin_px"] = (reconstruction.field.left, reconstruction.field.top)
     if reconstruction.still is not None:
         background, own = float(reconstruction.still.sum()), float(image.sum())
         figures["background_share"] = background / max(background + own, 1e-300)

@@ -5,7 +5,7 @@ from typing import get_args
 
 from instrument.analysis.analyse import Analysis, OnStep, analyse
 from instrument.analysis.merit import Figures
-from instrument.choices import Background, Grid, Method, Normalise, Shape, Tracking
+from instrument.choices import Background, Grid, Method, Normalise, Reach, Shape, Tracking
 from instrument.measurement import LightModel
 from instrument.recording import Recording
 from instrument.storage import open_recording, recording_info, refuse_unchangeable, refuse_while_written, write_analysis
@@ -23,6 +23,7 @@ def analyse_path(
     mean_filter: int | None = None,
     normalise: Normalise = "auto",
     shape: Shape = "auto",
+    region: Reach = "auto",
     results: str | Path | None = None,
     on_step: OnStep | None = None,
 ) -> Figures:
@@ -39,6 +40,7 @@ def analyse_path(
         mean_filter: of the tracking ``per-frame``, as in ``analyse``.
         normalise: by what values are divided, as in ``analyse``.
         shape: whether a slow change of the object's shape is found, as in ``analyse``.
+        region: whether the object passes by, as in ``analyse``.
         results: a new file for a copy with the analysis, which leaves the recording as it is; None writes into the recording.
         on_step: function that is called before each step.
 
@@ -58,6 +60,7 @@ def analyse_path(
         mean_filter=mean_filter,
         normalise=normalise,
         shape=shape,
+        region=region,
         on_step=on_step,
     )
     store(path, recording, analysis, results)
@@ -152,6 +155,8 @@ def store(
         displacement_mm=_in_mm(analysis, frames)[0],
         sigma_mm=_in_mm(analysis, frames)[1],
         image=analysis.image,
+        image_grid=1 if image is None else image.grid,
+        origin_px=analysis.figures.origin_px or (0, 0),
         still=None if image is None else image.still,
         table=analysis.figures.model_dump(mode="json"),
         settings={

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import typer
 
-from instrument.choices import Background, Grid, Method, Normalise, Shape, Tracking
+from instrument.choices import Background, Grid, Method, Normalise, Reach, Shape, Tracking
 from instrument.cli.analyse_series import SeriesOptions, analyse_several
 from instrument.cli.analyse_windows import in_windows, refuse_beside_window
 from instrument.cli.options import (
@@ -64,6 +64,14 @@ def analyse_file(
         typer.Option(
             help="Whether the object slowly turns or grows: found where the values show it (auto), never, always. Takes several "
             "times as long where it does."
+        ),
+    ] = "auto",
+    region: Annotated[
+        Reach,
+        typer.Option(
+            help="inside: the object is in the field in most frames; wide: it passes by, and may be larger than the field: its "
+            "image then reaches outside. Needs a steady lamp, and a calibrated stage. auto: wide where only that explains the "
+            "values."
         ),
     ] = "auto",
     results: Annotated[
@@ -122,6 +130,7 @@ def analyse_file(
             mean_filter=mean_filter is not None,
             normalise=normalise != "auto",
             shape=shape != "auto",
+            region=region != "auto",
             table=bool(table),
             again=again,
             workers=workers is not None,
@@ -163,6 +172,7 @@ def analyse_file(
         mean_filter=mean_filter,
         normalise=normalise,
         shape=shape,
+        region=region,
     )
     if len(files) > 1 or files[0].is_dir() or options.several:
         analyse_several(files, request, options)
@@ -179,7 +189,7 @@ def analyse_file(
     if not no_pictures:
         picture_folder(folder)  # asked before the work, not after
     used = recording.first(frames) if frames else recording
-    analysis = analysed(used, tracking, method, fitted, grid, mean_filter, normalise, shape)
+    analysis = analysed(used, tracking, method, fitted, grid, mean_filter, normalise, shape, region)
     _tell_idle(context, analysis)
     store(file, recording, analysis, results, key=request.key)
     drawn = [] if no_pictures else write_pictures(analysis, folder, (results or file).stem, kind)
@@ -191,7 +201,7 @@ def analyse_file(
         say(f"drawn {path}")
 
 
-_OF_IMAGES: Final = ("background", "grid", "method", "shape")
+_OF_IMAGES: Final = ("background", "grid", "method", "region", "shape")
 _OF_PATHS: Final = ("mean_filter", "tracking")
 
 
@@ -219,6 +229,7 @@ def analysed(
     mean_filter: int | None = None,
     normalise: Normalise = "auto",
     shape: Shape = "auto",
+    region: Reach = "auto",
 ) -> "Analysis":
     """Analyse with a progress bar, and say what is not as it should be.
 
@@ -242,6 +253,7 @@ def analysed(
             mean_filter=mean_filter,
             normalise=normalise,
             shape=shape,
+            region=region,
             on_step=lambda what, done, total: bars.update(task, description=what, completed=done, total=total),
         )
     for doubt in analysis.figures.doubts:

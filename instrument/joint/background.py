@@ -5,8 +5,8 @@ from typing import Final
 import numpy as np
 
 from instrument.measurement import Measurement
-from instrument.numerics import TvState, total_variation
-from instrument.reconstruction import Problem
+from instrument.numerics import TvState
+from instrument.reconstruction import Problem, solved
 from instrument.schemes import position_of
 
 _OFFSET: Final = 0.01
@@ -41,11 +41,11 @@ def background_of(measurement: Measurement, problem: Problem) -> tuple[bool, TvS
     beyond_edges = float(np.abs(offset - min(float(offset.mean()), 0.0)).max())
     if all(parameter.sigma is not None for parameter in measurement.light.offsets) and beyond_edges < _OFFSET:
         return False, None
-    alone = total_variation(*problem.hadamard(), tolerance=0.03, iterations=40)
+    alone = solved(problem, tolerance=0.03, iterations=40)
     if alone.misfit < _MISFIT:
         return False, alone
-    converged = total_variation(*problem.hadamard(), tolerance=0.01, iterations=200, start=alone)
-    both = total_variation(*problem.with_still().hadamard(), tolerance=0.01, iterations=200)
+    converged = solved(problem, tolerance=0.01, iterations=200, start=alone)
+    both = solved(problem.with_still(), tolerance=0.01, iterations=200)
     if both.misfit**2 < (1 - _BETTER) * converged.misfit**2:
         return True, both
     return False, converged

@@ -13,7 +13,8 @@ from numpy.polynomial import chebyshev
 
 from instrument.joint.iterate import Iterate
 from instrument.joint.rounds import FEWEST_FRAMES, USUAL, refined
-from instrument.numerics import TvState, total_variation
+from instrument.numerics import TvState
+from instrument.reconstruction import solved
 from instrument.tracking import Trajectory
 
 _EXPLAINED: Final = 1.07
@@ -43,8 +44,7 @@ class Picture:
     @classmethod
     def of(cls, iterate: Iterate, strength: float = USUAL) -> "Picture":
         """Solve for the image without a warm start, as what earlier images invented with a worse path would persist."""
-        problem = iterate.problem
-        return cls(iterate, total_variation(*problem.hadamard(), strength=strength, finer=problem.finer), strength)
+        return cls(iterate, solved(iterate.problem, strength=strength), strength)
 
     def explains_more_than(self, other: "Picture") -> bool:
         """Whether it leaves so much less unexplained that it is believed although it is smoothed less."""

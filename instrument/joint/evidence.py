@@ -85,15 +85,19 @@ class Evidence:
     """Root mean square of what is left of the position values, over their noise, of the position pattern where it is largest:
     about 1 where these values are of the object that the image shows, on the path that it is shown on."""
 
+    total: View | None = None
+    """The total light of an object that passes by, and loses and gains light at the border; None where it stays inside."""
+
     @property
     def axes(self) -> tuple[AxisView, AxisView]:
         """Position patterns by axis."""
         return self.x, self.y
 
     @property
-    def views(self) -> tuple[View, View, View]:
+    def views(self) -> tuple[View, ...]:
         """All kinds of values."""
-        return self.x.position, self.y.position, self.hadamard
+        views = self.x.position, self.y.position, self.hadamard
+        return views if self.total is None else (*views, self.total)
 
 
 def evidence_of(problem: Problem, prediction: Prediction, offset: Floats) -> Evidence:
@@ -115,7 +119,11 @@ def evidence_of(problem: Problem, prediction: Prediction, offset: Floats) -> Evi
     of_image = _OF_IMAGE + _OF_COARSE * _unseen(problem)
     allowed = prediction.variance + of_image**2 * np.mean(signal**2, axis=1, keepdims=True) + _TINY
     misfit = float(np.sqrt(np.mean(residual**2 / allowed, axis=0).max()))
-    return Evidence(x, y, View(of_difference, prediction.difference_slopes / sigma[:, None]), misfit)
+    total = None
+    if problem.passes:
+        missing = problem.values.positive + problem.values.negative - prediction.light
+        total = View(missing / sigma, prediction.light_slopes / sigma[:, None])
+    return Evidence(x, y, View(of_difference, prediction.difference_slopes / sigma[:, None]), misfit, total)
 
 
 def _unseen(problem: Problem) -> float:

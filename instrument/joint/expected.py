@@ -44,7 +44,7 @@ class Explained:
         Raises:
             InputError: the displacements leave no room for an object in the field.
         """
-        problem = Problem.of(measurement, measurement.image_values(steady_object=True), trajectory, inside=True)
+        problem = Problem.of(measurement, measurement.image_values(steady_object=True), trajectory, region="inside")
         state = total_variation(
             *problem.hadamard(),
             strength=USUAL,
@@ -59,7 +59,7 @@ class Explained:
     def of(cls, measurement: Measurement, trajectory: Trajectory, found: Reconstruction) -> Self:
         """Take the image that was found."""
         values, grid, region = measurement.image_values(steady_object=True), found.grid, found.region
-        problem = Problem.of(measurement, values, trajectory, inside=True, grid=grid, still=found.still is not None)
+        problem = Problem.of(measurement, values, trajectory, region="inside", grid=grid, still=found.still is not None)
         rows, columns = slice(region.top, region.top + region.height), slice(region.left, region.left + region.width)
         image = found.image[rows.start * grid : rows.stop * grid, columns.start * grid : columns.stop * grid]
         still = None if found.still is None else (found.still * found.gain).astype(np.float32)

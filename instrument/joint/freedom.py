@@ -51,11 +51,12 @@ def freedom_of(picture: Picture) -> Freedom:
         S. Ramani, T. Blu, M. Unser, IEEE Trans. Image Process. 17 (2008) 1540: one probe for any denoiser.
     """
     problem, state = picture.iterate.problem, picture.state
-    rows, values = problem.hadamard()
-    count = len(values)
+    rows, values = problem.rows()
+    count = len(problem.values)
     if not (count and np.isfinite(state.misfit)):
         return Freedom(0.0, state.misfit)
-    signs = np.where(np.random.default_rng(0).random(count) < 0.5, -1, 1).astype(np.float32)
+    signs = np.zeros(len(values), np.float32)  # those of an object that passes by have more rows, which are not counted
+    signs[:count] = np.where(np.random.default_rng(0).random(count) < 0.5, -1, 1)
     probed = total_variation(
         rows,
         (values + _PROBE * signs).astype(np.float32),

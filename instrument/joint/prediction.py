@@ -31,6 +31,12 @@ class Prediction:
     variance: Floats
     """``(rows, k)``: variance of the measured values if they are as predicted."""
 
+    light: Floats
+    """``(rows,)``: total light of the images themselves, where they are."""
+
+    light_slopes: Floats
+    """``(rows, 2)``: its derivatives by x and y, per px."""
+
     bordering: Floats
     """``(rows, k)``: light of lit pixels times the number of sides at which they border dark ones: minus the derivative of
     ``values`` by the edge loss a side."""
@@ -103,7 +109,8 @@ class Predictor:
             if not problem.steady:  # it loses light at the border of the field
                 slopes = slopes - own_slopes[:, None] / 2
         variance = _predicted_variance(problem.values, values)
-        return Prediction(total, values, slopes, variance, bordering, difference, difference_slopes)
+        light = own_light[:, 0]
+        return Prediction(total, values, slopes, variance, light, own_slopes, bordering, difference, difference_slopes)
 
 
 def _steady_total(values: ImageValues) -> Floats:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from instrument.choices import Background, Shape
+from instrument.choices import Background, Extent, Shape
 from instrument.joint.background import background_of
 from instrument.joint.changing import changing
 from instrument.joint.detail import Picture, in_detail
@@ -15,16 +15,17 @@ from instrument.joint.iterate import Iterate
 from instrument.joint.lost_frame import LostFrame, lost_frame
 from instrument.joint.rounds import FEWEST_FRAMES, Refinement, refined
 from instrument.joint.stated import stated
-from instrument.measurement import Measurement, first_light
+from instrument.measurement import Measurement
 from instrument.numerics import TvState, one_blas_thread
-from instrument.reconstruction import Problem, Reconstruction, Region, solution_of
+from instrument.reconstruction import Problem, Reconstruction, Region, light_of, solution_of
 from instrument.recording import Recording
 from instrument.schemes import position_of
 from instrument.tracking import Trajectory, as_trajectory
-from protocols import Floats
+from protocols import Floats, InputError
 from protocols.field_docs import with_fields
 
 _WORSE = 1.05  # ratio of misfits above which the refined path is worse than the one given
+_MORE_PX = 4  # by which an image that reaches outside the field is larger while its path is refined
 _NO_BETTER = 1.01  # ratio of misfits above which smaller pixels explain less than those of the patterns do
 
 
@@ -61,7 +62,7 @@ def refine(
     recording: Recording | Measurement,
     motion: Trajectory | Floats,
     *,
-    region: bool | Region = True,
+    region: Extent | Region = "inside",
     grid: int | None = 1,
     background: Background = "auto",
     fitted: bool = True,
@@ -80,14 +81,17 @@ def refine(
     the image, which is estimated from the same values (``image_doubt``), by what one more step with the final image would change,
     and by that of offsets and uneven light. It does not cover a bend at the run's ends that is too weak for the data to show.
 
+    Of an object that passes by (the region ``wide``, or one that reaches outside the field) the total light says where it is too,
+    so that the lamp must be steady; no offsets are taken from the run beforehand, as a circle's centre is none where what is in
+    the field changes; and ``auto`` looks for no background.
+
     Where the refined path explains the values worse than the one given, that one is kept: where the patterns are too alike, as
     in a plan that shows few of them in an unfavourable order, the image may mislead the path.
 
     Args:
         recording: recording of a scheme with position and image.
         motion: path to start from, right within about a pixel: what ``track`` gave.
-        region: whether the object stays inside the field, as in ``reconstruct``; or, of one that does not, the pixels where its
-            image may differ from 0.
+        region: which pixels are solved for, as in ``reconstruct``.
         grid: image pixels that a pattern pixel has along each axis in the image that is returned; None takes 2 where motion and
             noise support it, else 1.
         fitted: whether leak, edge loss and offsets are fitted to the run. If not, the light model stays as it is.
@@ -96,27 +100,35 @@ def refine(
             The path is then that of its centroid.
 
     Raises:
-        InputError: as ``reconstruct``, or the scheme has no position.
+        InputError: as ``reconstruct``, the scheme has no position, or a changing shape is asked of an object that passes by.
     """
-    measurement = first_light(recording)
+    measurement = light_of(recording, region)
     position_of(measurement.scheme)
-    values = measurement.image_values(steady_object=region is True)
+    values = measurement.image_values(steady_object=region == "inside")
     trajectory = as_trajectory(motion, len(measurement), measurement.frame_time_s)
-    problem = Problem.of(measurement, values, trajectory, inside=region)
+    problem = Problem.of(measurement, values, trajectory, region=region)
+    if region == "wide":  # the path may prove longer
+        problem = problem.within(problem.region.wider(_MORE_PX))
+    if problem.passes and shape == "changing":
+        raise InputError(
+            saw="a changing shape of an object that passes by",
+            expected="a rigid one: what turns and what comes into the field look alike",
+            remedy="leave out the shape, or the region",
+        )
     start: TvState | None = None
     if background == "fit":
         problem = problem.with_still()
-    elif background == "auto" and len(values) >= FEWEST_FRAMES:
+    elif background == "auto" and len(values) >= FEWEST_FRAMES and not problem.passes:
         there, start = background_of(measurement, problem)
         problem = problem.with_still() if there else problem
     given = Iterate(measurement, problem, trajectory)
     refinement = refined(given, start, fitted=fitted)
     finer = grid or grid_of(refinement.iterate.trajectory, refinement.penalty)
-    usual = Picture.of(refinement.iterate.on_grid(finer))
+    usual = Picture.of(_as_seen(refinement.iterate, region).on_grid(finer))
     if usual.state.misfit > _WORSE * refinement.misfit_given:
-        usual = Picture.of(given.on_grid(finer))
-    changed = None if shape == "rigid" else changing(usual, asked=shape == "changing", fitted=fitted)
-    best = changed or in_detail(usual, fitted=fitted)
+        usual = Picture.of(_as_seen(given, region).on_grid(finer))
+    changed = None if shape == "rigid" or problem.passes else changing(usual, asked=shape == "changing", fitted=fitted)
+    best = changed or (usual if usual.iterate.problem.passes else in_detail(usual, fitted=fitted))
     if changed is None and grid is None and finer > 1 and best.state.misfit > _NO_BETTER * refinement.misfit:
         best = in_detail(
             Picture.of(usual.iterate.on_grid(1)), fitted=fitted
@@ -125,7 +137,12 @@ def refine(
     image = Reconstruction.of(problem, solution_of(problem, best.state), "tv")
     freedom = freedom_of(best)
     image = replace(image, misfit=freedom.misfit, unknowns=freedom.unknowns)
-    path = stated(best, fitted=fitted) if best.iterate.refinements else best.iterate.trajectory
+    path = best.iterate.trajectory
+    if problem.passes and best.iterate.refinements:
+        # How errors of image and path feed each other over rounds is only known for the differences' rows: one round is stated.
+        path = stated(replace(best, iterate=replace(best.iterate, refinements=1)), fitted=fitted)
+    elif best.iterate.refinements:
+        path = stated(best, fitted=fitted)
     return Refined(
         path,
         image,
@@ -142,3 +159,11 @@ def _lost_frame(refinement: Refinement) -> LostFrame | None:
     if refinement.state is None or refinement.position_misfit > CONTRADICTS:
         return None
     return lost_frame(refinement.iterate.problem, refinement.state)
+
+
+def _as_seen(iterate: Iterate, region: Extent | Region) -> Iterate:
+    """Take the pixels that the field sees along the path found, where these were asked for."""
+    if region != "wide":
+        return iterate
+    problem = iterate.problem
+    return iterate.within(Region.seen(problem.places.every_px, problem.values.size))

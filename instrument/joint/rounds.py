@@ -11,8 +11,9 @@ from instrument.joint.light_fit import fit_light
 from instrument.joint.path_step import path_step
 from instrument.joint.prediction import Predictor
 from instrument.joint.shape_step import reshaped
-from instrument.numerics import TvState, total_variation
-from instrument.reconstruction import METHODS
+from instrument.numerics import TvState
+from instrument.reconstruction import METHODS, solved
+from protocols import Floats
 
 USUAL: Final = METHODS["tv"].strength or 0.0
 """Strength of the smoothing that suits most objects."""
@@ -21,6 +22,8 @@ FEWEST_FRAMES: Final = 64
 """Frames below which an image is too poor to refine a path."""
 
 _MOST_REFINEMENTS = 8
+_MOST_PASSING = 24  # of an object that passes by, whose image is long in coming
+_LOST = 0.25  # of the field: an object that passes by is not pulled in from so far, and may be lost for good
 _STANDS_STILL = 0.204  # change of the path over its uncertainty, both rms, below which it is taken as found
 _ANOTHER = 1.0  # change of the shape over its uncertainty from which on the image is begun afresh
 
@@ -68,13 +71,13 @@ def refined(
     current, misfit_given, misfit, penalty, position_misfit = given, np.inf, np.inf, np.inf, np.nan
     predictor = Predictor.of(given.problem)
     superpixel = given.measurement.plan.superpixel
-    for refinements in range(1, _MOST_REFINEMENTS + 1):
+    most = _MOST_PASSING if given.problem.passes else _MOST_REFINEMENTS
+    for refinements in range(1, most + 1):
         if refinements > 1 or state is None:
-            cold = current.problem.still and state is None
-            state = total_variation(
-                *current.problem.hadamard(),
+            cold = current.problem.passes or (current.problem.still and state is None)
+            state = solved(
+                current.problem,
                 strength=strength,
-                finer=current.problem.finer,
                 tolerance=0.01 if cold else 0.03,
                 iterations=200 if cold else 40,
                 start=state,
@@ -99,11 +102,18 @@ def refined(
             evidence, trajectory, shape_stands = step.evidence, step.trajectory, step.over_sigma < _STANDS_STILL
             afresh = step.over_sigma > _ANOTHER
         trajectory = path_step(evidence, frame, trajectory).trajectory
+        if given.problem.passes and _lost(trajectory.displacement_px - given.trajectory.displacement_px, given):
+            return Refinement(given, misfit_given, misfit_given, penalty, position_misfit)
         change_px = trajectory.displacement_px - current.trajectory.displacement_px
         current = current.along(trajectory)
-        state = None if afresh and refinements < _MOST_REFINEMENTS else state
+        state = None if afresh and refinements < most else state
         if shape_stands and np.mean(change_px**2) < _STANDS_STILL**2 * np.mean(trajectory.sigma_px**2):
             break
     if current.trajectory.pivot_px is not None and state is not None:
         current = current.seen_as(state.image, state.images[1] if current.problem.still else None)
     return Refinement(current, misfit_given, misfit, penalty, position_misfit, state)
+
+
+def _lost(change_px: Floats, given: Iterate) -> bool:
+    """Whether a path has come so far from where it began, ``(frames, 2)``, that it leads nowhere."""
+    return float(np.abs(change_px).max()) > _LOST * given.problem.values.size

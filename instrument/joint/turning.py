@@ -14,7 +14,7 @@ from numpy.polynomial.legendre import legvander
 
 from instrument.measurement import ImageValues, Measurement
 from instrument.numerics import TvState, one_blas_thread, smooth, total_variation
-from instrument.reconstruction import DenseRows, Field, Reconstruction, Region, TurnedRows
+from instrument.reconstruction import DenseRows, Field, Reconstruction, Region, TurnedRows, field_in
 from instrument.tracking import Trajectory
 from protocols import Floats, InputError, Singles
 
@@ -256,4 +256,5 @@ def _reconstruction(values: ImageValues, region: Region, state: TvState) -> Reco
     """Place the image in the whole field, and scale it."""
     image = region.paste(state.image.astype(np.float64), values.size)
     gain = float(image.max()) if values.photon_counts and image.max() > 0 else 1.0
-    return Reconstruction(image / gain, "tv", gain, values.noise, state.misfit, state.iterations, region)
+    field = field_in(region, values.size)
+    return Reconstruction(image / gain, "tv", gain, values.noise, state.misfit, state.iterations, region, field)

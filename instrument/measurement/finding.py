@@ -14,6 +14,7 @@ FindingKind: TypeAlias = Literal[
     "lamp",
     "comes into the field",
     "leaves the field",
+    "passes by",
     "changes shape",
 ]
 

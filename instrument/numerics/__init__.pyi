@@ -7,6 +7,7 @@ from .dense_products import DenseProducts as DenseProducts
 from .fading import add as add
 from .fading import age as age
 from .fading import solve as solve
+from .in_time import InTime as InTime
 from .intervals import coverage_factor as coverage_factor
 from .metrics import displacement_mse as displacement_mse
 from .metrics import offset_free_mse as offset_free_mse

@@ -56,7 +56,8 @@ class FixedPatterns:
     """Pattern pixels where the image may differ from 0."""
 
     width: int
-    """Width and height of the maps: 2 pixels where they hold all displacements, less where only some are needed."""
+    """Width and height of the maps: 2 pixels where they hold all displacements, less where only some are needed, and more for a
+    region that reaches outside the field."""
 
     @classmethod
     def of(cls, patterns: Singles, field: Field, region: Region, places_px: Floats | None = None) -> Self:
@@ -71,6 +72,9 @@ class FixedPatterns:
         """
         inside = places_px is not None and region.stays(places_px.reshape(-1, 2), field.size)
         width = int(fft.next_fast_len(field.pixels + 2 * field.grid, real=True)) if inside else 2 * field.pixels
+        side = max(region.with_field(field.size).shape)
+        if side > field.size:
+            width = int(fft.next_fast_len(field.pixels + side * field.grid, real=True))
         return cls(patterns, field, region, width)
 
     @cached_property
@@ -82,10 +86,12 @@ class FixedPatterns:
     def maps(self, image: Singles) -> Singles:
         """Give C at whole displacements, ``(n, width, width)``, negative displacements counted from the end.
 
+        Displacements are those of the corner of ``_canvas``, which is that of the field unless the region reaches outside.
+
         Args:
             image: ``(height, width)`` image pixels of the region.
         """
-        padded = np.zeros(self.patterns.shape[1:], np.float32)
+        padded = np.zeros(tuple(side * self.field.grid for side in self._canvas.shape), np.float32)
         padded[self._inside] = image
         seen = np.conj(fft.rfft2(padded, (self.width, self.width))) * self._spectra
         maps: Singles = fft.irfft2(seen, (self.width, self.width))
@@ -98,12 +104,17 @@ class FixedPatterns:
         image: Singles = fft.irfft2(together, (self.width, self.width))
         return image[self._inside]
 
+    @cached_property
+    def _canvas(self) -> Region:
+        """The field, with what of the region is outside it."""
+        return self.region.with_field(self.field.size)
+
     @property
     def _inside(self) -> tuple[slice, slice]:
-        """Rows and columns of the region in the field."""
-        area, grid = self.region, self.field.grid
-        rows, columns = (area.top, area.top + area.height), (area.left, area.left + area.width)
-        return slice(rows[0] * grid, rows[1] * grid), slice(columns[0] * grid, columns[1] * grid)
+        """Rows and columns of the region in the canvas, in image pixels."""
+        grid = self.field.grid
+        rows, columns = self.region.within(self._canvas)
+        return slice(rows.start * grid, rows.stop * grid), slice(columns.start * grid, columns.stop * grid)
 
     def values(self, maps: Singles, places_px: Floats) -> tuple[Floats, Floats]:
         """Read maps at displacements, by linear interpolation.
@@ -137,10 +148,10 @@ class FixedPatterns:
 
     def _cells(self, places_px: Floats) -> _Cells:
         """Find where displacements, ``(..., 2)``, lie in the maps."""
-        pixels = self.field.pixels
-        places = np.clip(
-            places_px * self.field.grid, -pixels, pixels - 1e-6
-        )  # from there on the object is outside the field
+        pixels, grid, canvas = self.field.pixels, self.field.grid, self._canvas
+        corner = (places_px + np.array([canvas.left, canvas.top], np.float64)) * grid
+        first = -grid * np.array([canvas.width, canvas.height])
+        places = np.clip(corner, first, pixels - 1e-6)  # from there on the object is outside the field
         whole = np.floor(places).astype(np.int64)
         part = places - whole
         near, far = whole % self.width, (whole + 1) % self.width

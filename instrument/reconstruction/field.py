@@ -82,9 +82,9 @@ def acting_walsh(field: Field) -> Floats:
 
 
 @lru_cache(maxsize=8)
-def padded_walsh(field: Field) -> Singles:
-    """Give the acting Walsh rows, ``(size, 3 pixels + 2)``, with pixels + 1 zeros on both sides."""
-    outside = field.pixels + 1
+def padded_walsh(field: Field, outside: int | None = None) -> Singles:
+    """Give the acting Walsh rows, ``(size, pixels + 2 outside)``, with so many zeros on both sides; None is pixels + 1."""
+    outside = field.pixels + 1 if outside is None else outside
     return np.pad(acting_walsh(field).astype(np.float32), ((0, 0), (outside, outside)))
 
 

@@ -13,6 +13,7 @@ from instrument.reconstruction.dgi import ghost_image
 from instrument.reconstruction.problem import Problem
 from instrument.reconstruction.region import Region
 from instrument.reconstruction.shifted_hadamard import ShiftedHadamard
+from instrument.reconstruction.solved import solved
 from protocols import Floats, InputError, Singles
 
 _MOST_STEPS: Final = 500
@@ -71,7 +72,7 @@ def solution_of(problem: Problem, state: TvState) -> Solution:
 
 
 def _tv(problem: Problem, strength: float) -> Solution:
-    return solution_of(problem, total_variation(*problem.hadamard(), strength=strength, finer=problem.finer))
+    return solution_of(problem, solved(problem, strength=strength))
 
 
 def _tv_fourier(problem: Problem, strength: float) -> Solution:
@@ -79,9 +80,7 @@ def _tv_fourier(problem: Problem, strength: float) -> Solution:
 
 
 def _tv_bregman(problem: Problem, strength: float) -> Solution:
-    state = total_variation(
-        *problem.hadamard(), strength=strength, finer=problem.finer, reweightings=0, bregman_steps=1
-    )
+    state = solved(problem, strength=strength, reweightings=0, bregman_steps=1)
     return solution_of(problem, state)
 
 

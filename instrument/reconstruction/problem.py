@@ -1,12 +1,13 @@
 """The problem that a solver is given: values, displacement of the object during each, and unknown pixels."""
 
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Final, Self, get_args
 
 import numpy as np
 
+from instrument.choices import Extent
 from instrument.measurement import ImageValues, Measurement, Profile, fixed_columns
-from instrument.numerics import Layered, Operator, Stacked, Unseen, Weighted
+from instrument.numerics import InTime, Layered, Operator, Stacked, Unseen, Weighted
 from instrument.reconstruction.correlation import FixedPatterns
 from instrument.reconstruction.field import Field
 from instrument.reconstruction.fourier_rows import FourierRows
@@ -16,9 +17,13 @@ from instrument.reconstruction.region import Region
 from instrument.reconstruction.shifted_hadamard import ShiftedHadamard
 from instrument.reconstruction.still_hadamard import StillHadamard
 from instrument.reconstruction.turned_hadamard import DenseRows, TurnedRows
+from instrument.reconstruction.window_rows import WindowRows
 from instrument.schemes import Scheme, image_rows_of, position_of
 from instrument.tracking import Trajectory
 from protocols import Bytes, Floats, InputError, Singles
+
+_OF_WINDOW: Final = 0.35
+"""Length of a row of what is in the field, over that of a Hadamard difference, at most: at 0.5 the solver takes twice as long."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +62,25 @@ class Places:
     def middle_px(self) -> Floats:
         """``(rows, 2)``: displacement in the middle of the patterns that measure position; where there are none, of H+ and H-."""
         return self.fixed.mean(axis=1) if self.fixed.shape[1] else (self.positive + self.negative) / 2
+
+
+def _region_of(extent: Extent, places_px: Floats, size: int) -> Region:
+    """Give the region that a word names, for all displacements, ``(n, 2)``.
+
+    Raises:
+        InputError: the displacements leave no room for an object in the field, or there is no such word.
+    """
+    if extent == "inside":
+        return Region.inside(places_px, size)
+    if extent == "field":
+        return Region.whole(size)
+    if extent == "wide":
+        return Region.seen(places_px, size)
+    raise InputError(
+        saw=f"the region {extent!r}",
+        expected=f"one of {', '.join(get_args(Extent))}, or a Region",
+        remedy="correct the name",
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +122,7 @@ class Problem:
         values: ImageValues,
         trajectory: Trajectory,
         *,
-        inside: bool | Region,
+        region: Extent | Region,
         grid: int = 1,
         still: bool = False,
     ) -> Self:
@@ -108,8 +132,7 @@ class Problem:
             measurement: measurement of the run.
             values: image values of the run.
             trajectory: displacement of the object.
-            inside: whether the object stays inside the field in every frame, so that only pixels which it can occupy are
-                unknown; or the region that is unknown of an object that crosses the border of the field.
+            region: unknown pixels: by a word as in ``reconstruct``, or themselves.
             grid: image pixels that a pattern pixel has along each axis.
             still: whether there is a still background that nobody measured.
 
@@ -117,11 +140,10 @@ class Problem:
             InputError: the displacements leave no room for an object in the field.
         """
         places = Places.along(trajectory, values)
-        known = inside if isinstance(inside, Region) else None
-        region = known or (Region.inside(places.every_px, values.size) if inside else Region.whole(values.size))
+        unknown = region if isinstance(region, Region) else _region_of(region, places.every_px, values.size)
         field = Field(values.size, grid, measurement.edge_loss_a_side)
-        steady = inside is True and measurement.normalise != "off"
-        return cls(measurement.scheme, values, places, region, field, steady, still, measurement.light.profile)
+        steady = region == "inside" and measurement.normalise != "off"
+        return cls(measurement.scheme, values, places, unknown, field, steady, still, measurement.light.profile)
 
     def moved(self, trajectory: Trajectory) -> "Problem":
         """State the same problem for another trajectory."""
@@ -220,6 +242,36 @@ class Problem:
             operator = Layered((operator, StillHadamard.of(values.pairs, self.field)))
         sigma = values.difference_sigma
         return Weighted(operator, (1 / sigma).astype(np.float32)), (values.difference / sigma).astype(np.float32)
+
+    @property
+    def passes(self) -> bool:
+        """Whether the unknown pixels reach outside the field, so that what is in it changes from frame to frame."""
+        return self.region.with_field(self.values.size) != Region.whole(self.values.size)
+
+    def rows(self) -> tuple[Operator, Singles]:
+        """Give whitened rows and values of all that is to be solved for together, by total variation.
+
+        Those are the differences, as ``hadamard`` gives them, and of an object that passes by what every frame measures of what
+        is in the field. Of the latter no row is longer than a share of a difference's: more would not be known better, but
+        slow down the solver. Where a background is unknown too, what is steady is left out.
+        """
+        rows, differences = self.hadamard()
+        if not self.passes or self.places.shape is not None:
+            return rows, differences
+        values = self.values
+        patterns = np.concatenate([self.all_light().patterns, self.fixed_patterns().patterns])
+        places_px = np.concatenate([self.places.pair_px[:, None], self.places.fixed], axis=1)
+        total: Floats = (values.positive + values.negative)[:, None]
+        of_fixed = np.sqrt(values.fixed_variance + values.difference_variance[:, None] / 4)
+        sigma = np.hstack([values.difference_sigma[:, None], of_fixed])
+        window = WindowRows.of(patterns, places_px, sigma, self.field, self.region)
+        longest = _OF_WINDOW * values.size / float(np.median(values.difference_sigma))
+        in_time = InTime.of(window, window.columns, longest, steady=not self.still)
+        seen = np.hstack([total, values.fixed - total / 2]) / sigma
+        also: Operator = in_time
+        if self.still:
+            also = Layered((in_time, Unseen(in_time.shape[0], rows.image_shapes[1:])))
+        return Stacked(rows, also), np.concatenate([differences, in_time.terms(seen.astype(np.float32).ravel())])
 
     @property
     def finer(self) -> tuple[int, ...]:

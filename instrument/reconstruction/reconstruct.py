@@ -1,12 +1,12 @@
 """Reconstruction of the sharp image from a recording and the object's motion."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from instrument.choices import Method
+from instrument.choices import Extent, Method
 from instrument.measurement import Measurement, first_light
 from instrument.numerics import one_blas_thread
 from instrument.reconstruction.methods import Solution, method_of
@@ -26,8 +26,9 @@ class Reconstruction:
     """The image of the object at its position in frame 0. ``numpy.asarray`` gives ``image``."""
 
     image: Floats
-    """``(grid image_size, grid image_size)``, row = y (down), column = x. Transmission 0 to 1 where values count lit pixels.
-    Photon counts have no absolute scale: there the brightest pixel is 1."""
+    """``(grid image_size, grid image_size)``, row = y (down), column = x; ``(grid rows, grid columns)`` where ``region`` reaches
+    outside the field: then ``field`` says where in it the field is. Transmission 0 to 1 where values count lit pixels. Photon
+    counts have no absolute scale: there the brightest pixel is 1."""
 
     method: str
     """Name of the method that made it."""
@@ -46,7 +47,11 @@ class Reconstruction:
     """Number of iterations of the solver; 0 where it has none."""
 
     region: Region
-    """Pixels where the image may differ from 0."""
+    """Pixels where the image may differ from 0, in px of the field."""
+
+    field: Region
+    """Where the field is in the image, in px of the patterns: its pixel (0, 0) is at row ``top`` and column ``left``, which are 0
+    unless the region reaches outside."""
 
     still: Floats | None = None
     """``(size, size)``: image of what stands still, on the patterns' grid and the same scale; None where it was not asked for."""
@@ -59,8 +64,28 @@ class Reconstruction:
 
     @property
     def at_patterns(self) -> Floats:
-        """``(image_size, image_size)``: the image at the patterns' resolution."""
+        """``(image_size, image_size)``, or ``(rows, columns)`` of a wide one: the image at the patterns' resolution."""
         return binned(self.image, self.grid)
+
+    @property
+    def in_field(self) -> Floats:
+        """``(image_size, image_size)``: what of it is inside the field at frame 0, at the patterns' resolution."""
+        field = self.field
+        return self.at_patterns[field.top : field.top + field.height, field.left : field.left + field.width]
+
+    @property
+    def wide(self) -> bool:
+        """Whether the image reaches outside the field."""
+        return self.at_patterns.shape != self.field.shape
+
+    @property
+    def edges_px(self) -> tuple[float, float, float, float] | None:
+        """Edges of a wide image, left, right, lower and upper, in px of the field; None of one that is the field's."""
+        if not self.wide:
+            return None
+        left, top = -self.field.left - 0.5, -self.field.top - 0.5
+        rows, columns = self.at_patterns.shape
+        return left, left + columns, top + rows, top
 
     def __repr__(self) -> str:
         """Say in one line what it is."""
@@ -113,9 +138,27 @@ class Reconstruction:
             solution.misfit,
             solution.iterations,
             solution.region,
+            field_in(solution.region, values.size),
             still,
             problem.field.grid,
         )
+
+
+def light_of(recording: Recording | Measurement, region: Extent | Region) -> Measurement:
+    """Correct a recording by what it shows of the bench's light, as far as that can be told for such a region.
+
+    Where what is in the field changes, the signals of position patterns lie on no circle whose centre were their offset: there
+    nothing is taken from the run before its image is known.
+    """
+    if region == "wide" and not (measurement := Measurement.of(recording)).light_found:
+        return replace(measurement, light_found=True)
+    return first_light(recording)
+
+
+def field_in(region: Region, size: int) -> Region:
+    """Give where a field of ``size`` pixels a side is in the image of a region, as ``Region.paste`` makes it."""
+    whole = region.with_field(size)
+    return Region(-whole.top, -whole.left, size, size)
 
 
 def binned(image: Floats, grid: int) -> Floats:
@@ -130,7 +173,7 @@ def reconstruct(
     motion: Trajectory | Floats | None,
     method: Method = "tv",
     *,
-    region: bool = True,
+    region: Extent | Region = "inside",
     grid: int = 1,
     still: bool = False,
     strength: float | None = None,
@@ -147,8 +190,11 @@ def reconstruct(
             comparison. ``pseudo-inverse`` is least squares without any smoothing. ``dgi`` is differential ghost imaging.
             ``conventional`` is the inverse Hadamard transform, which ignores the motion.
             ``docs/decisions/0008-edge-reweighted-tv.md`` compares them.
-        region: whether the object stays inside the field in every frame. If so, only pixels that it can occupy are solved for,
-            and values are divided by the smoothed total light. If not, all pixels are, and the light is taken as steady.
+        region: which pixels are solved for. ``inside``: those that the object can occupy while it stays inside the field in every
+            frame; values are divided by the smoothed total light. ``field``: all that are inside at frame 0. ``wide``: all that
+            the field sees in one frame or more, so that of an object that passes by the image is larger than the field, and of
+            one that is itself larger too. Or a ``Region`` of one's own, in px of the field, which may reach outside. But for
+            ``inside`` the light is taken as steady.
         grid: image pixels that a pattern pixel has along each axis. More than 1 shows what the object's motion by fractions of a
             pixel shows, and takes the longer.
         still: whether an image of what stands still is found beside that of the object, for a background that nobody measured.
@@ -156,7 +202,7 @@ def reconstruct(
 
     Raises:
         InputError: there is no valid frame, the displacements have another shape or leave no room for an object in the field,
-            the method is unknown, or it has no strength or no finer grid and one is given.
+            method or region are unknown, or the method has no strength or no finer grid and one is given.
     """
     chosen = method_of(method)
     if strength is not None and chosen.strength is None:
@@ -171,10 +217,10 @@ def reconstruct(
             expected="a method that finds an image between the pixels of the patterns",
             remedy='leave grid out, or take the method "tv"',
         )
-    measurement = first_light(recording)
-    values = measurement.image_values(steady_object=region)
+    measurement = light_of(recording, region)
+    values = measurement.image_values(steady_object=region == "inside")
     trajectory = as_trajectory(motion, len(measurement), measurement.frame_time_s)
-    problem = Problem.of(measurement, values, trajectory, inside=region, grid=grid, still=still)
+    problem = Problem.of(measurement, values, trajectory, region=region, grid=grid, still=still)
     wanted = strength if strength is not None else chosen.strength or 0.0
     if problem.profile is not None:  # its image says how much light the object lets through where it is
         first = chosen.solve(problem, wanted)

@@ -30,11 +30,11 @@ def walsh_rows(
         The rows, ``(rows, count_px grid)``.
     """
     place, first, count = place_px * field.grid, first_px * field.grid, count_px * field.grid
-    padding = field.pixels + 1
+    padding = max(field.pixels, count) + 1
     whole = np.floor(place)
     fraction = (place - whole).astype(np.float32)[:, None]
     start = np.clip(whole.astype(np.int64) + first + padding, 0, field.pixels + 2 * padding - count - 1)
-    window = sliding_window_view(padded_walsh(field), count + 1, axis=1)[number, start]
+    window = sliding_window_view(padded_walsh(field, padding), count + 1, axis=1)[number, start]
     near, far = window[:, :-1], window[:, 1:]
     rows = (far - near) * np.float32(field.grid) if slope else near + fraction * (far - near)
     return rows.astype(np.float32, copy=False)

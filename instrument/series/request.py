@@ -3,7 +3,7 @@
 import hashlib
 from typing import Any
 
-from instrument.choices import Background, Grid, Method, Normalise, Shape, Tracking
+from instrument.choices import Background, Grid, Method, Normalise, Reach, Shape, Tracking
 from instrument.storage import program
 from protocols import Frozen
 
@@ -38,6 +38,9 @@ class Request(Frozen):
     shape: Shape = "auto"
     """Whether a slow change of the object's shape is found with its path."""
 
+    region: Reach = "auto"
+    """Whether the object is inside the field, or passes by, or that is found out."""
+
     @property
     def key(self) -> str:
         """Digest of the settings and of the program: an analysis that carries it need not be made again."""
@@ -46,5 +49,5 @@ class Request(Frozen):
     @property
     def settings(self) -> dict[str, Any]:
         """Give the arguments that ``analyse`` takes."""
-        names = ("tracking", "method", "background", "grid", "mean_filter", "normalise", "shape")
+        names = ("tracking", "method", "background", "grid", "mean_filter", "normalise", "shape", "region")
         return {name: getattr(self, name) for name in names}

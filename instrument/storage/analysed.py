@@ -48,13 +48,17 @@ class StoredAnalysis:
     """``(frames,)``: its standard uncertainty."""
 
     image: Floats | None
-    """``(rows, columns)``: the image at ``reference_frame``, row = y (down)."""
+    """``(rows, columns)``: the image at ``reference_frame``, row = y (down). Of an object that passes by it may reach outside the
+    field: ``origin_px`` says where the field begins."""
 
     still: Floats | None
     """``(rows, columns)``: image of what stands still."""
 
     reference_frame: int = 0
     """Frame that displacements are relative to, and that the image shows; 0 in older files, which do not say it."""
+
+    origin_px: tuple[int, int] = (0, 0)
+    """Column and row of ``image``, in px of the patterns, at which the field's pixel (0, 0) is."""
 
 
 def stored_analysis(path: str | Path) -> StoredAnalysis | None:
@@ -81,8 +85,14 @@ def stored_analysis(path: str | Path) -> StoredAnalysis | None:
             magnification_sigma=_array(entry, "track/magnification_sigma"),
             image=_array(entry, "image/image"),
             still=_array(entry, "background/background"),
+            origin_px=_origin(entry),
             reference_frame=int(entry.number(_REFERENCE)) if _REFERENCE in entry else 0,
         )
+
+
+def _origin(entry: Group) -> tuple[int, int]:
+    found = _array(entry, "image/origin_px")
+    return (0, 0) if found is None else (int(found[0]), int(found[1]))
 
 
 def _array(entry: Group, name: str) -> Floats | None:

@@ -30,6 +30,8 @@ def write_analysis(
     reference_frame: int = 0,
     displacement_mm: Floats | None = None,
     sigma_mm: Floats | None = None,
+    image_grid: int | None = None,
+    origin_px: tuple[int, int] = (0, 0),
     still: Floats | None = None,
     window_images: Floats | None = None,
     window_frames: Integers | None = None,
@@ -48,7 +50,7 @@ def write_analysis(
         displacement_px: ``(frames, 2)`` x, y relative to ``reference_frame``; NaN where not tracked; None where the scheme sees
             no position.
         image: ``(rows, columns)`` the reconstructed image at ``reference_frame``, row = y (down), column = x; None where the
-            scheme only tracks. It covers the whole field, whatever the number of its pixels.
+            scheme only tracks. It covers the whole field, whatever the number of its pixels, or more.
         sigma_px: ``(frames, 2)`` standard uncertainty of ``displacement_px``.
         angle_deg: ``(frames,)`` angle since that frame, clockwise in the picture; NaN where unknown; None where not measured.
         angle_sigma_deg: ``(frames,)`` its standard uncertainty.
@@ -60,6 +62,8 @@ def write_analysis(
         reference_frame: frame that displacements, angles and magnifications are relative to, and that the image shows.
         displacement_mm: ``(frames, 2)`` along the stage's axis and across it, relative to that frame; None without a calibration.
         sigma_mm: ``(frames, 2)`` standard uncertainty of ``displacement_mm``.
+        image_grid: pixels of ``image`` that a pattern pixel has along each axis; None where it covers the field and no more.
+        origin_px: column and row of ``image``, in px of the patterns, at which the field's pixel (0, 0) is.
         still: ``(rows, columns)`` image of what stands still, likewise; None where none was found.
         window_images: ``(n, rows, columns)`` an image like ``image`` for each of some windows of the run; None for none.
         window_frames: ``(n, 2)`` first frame of each window, and the frame after its last one.
@@ -128,13 +132,18 @@ def write_analysis(
         if image is not None:
             picture = analysis.group("image", "NXdata", signal="image", axes=["y_px", "x_px"])
             picture.add("image", image, long_name=f"image at frame {reference_frame}")
-            _add_axes(picture, image, size)
+            pixel_px = size / len(image) if image_grid is None else 1 / image_grid
+            _add_axes(picture, image.shape, pixel_px, origin_px)
+            if pixel_px * max(image.shape) > size:
+                picture.add(
+                    "origin_px", np.array(origin_px, np.int64), long_name="column, row of the field's pixel (0, 0)"
+                )
         if window_images is not None and window_frames is not None:
             _add_windows(analysis, window_images, window_frames, size)
         if still is not None:
             picture = analysis.group("background", "NXdata", signal="background", axes=["y_px", "x_px"])
             picture.add("background", still, long_name="image of what stands still")
-            _add_axes(picture, still, size)
+            _add_axes(picture, still.shape, size / len(still))
         entry.set_attributes(default="analysis")
 
 
@@ -159,12 +168,12 @@ def _add_windows(analysis: Group, images: Floats, frames: Integers, size: int) -
     pictures = analysis.group("windows", "NXdata", signal="image", axes=[".", "y_px", "x_px"])
     pictures.add("image", images, long_name="image at frame 0, from the frames of each window")
     pictures.add("frames", frames, long_name="first frame of each window, and the one after its last")
-    _add_axes(pictures, images[0], size)
+    _add_axes(pictures, images[0].shape, size / len(images[0]))
 
 
-def _add_axes(picture: Group, image: Floats, size: int) -> None:
+def _add_axes(picture: Group, shape: tuple[int, ...], pixel_px: float, origin_px: tuple[int, int] = (0, 0)) -> None:
     """Give the middles of the image's rows and columns, in px of the patterns: row 0 of the patterns has its middle at 0."""
-    pixel_px = size / len(image)
-    for name, count in zip(("y_px", "x_px"), image.shape, strict=True):
-        picture.add(name, np.asarray((np.arange(count) + 0.5) * pixel_px - 0.5, np.float64), units="px")
+    for name, count, first_px in zip(("y_px", "x_px"), shape, origin_px[::-1], strict=True):
+        middle_px = (np.arange(count) + 0.5) * pixel_px - 0.5 - first_px
+        picture.add(name, np.asarray(middle_px, np.float64), units="px")
     picture.add("pixel_px", pixel_px, units="px")

@@ -52,11 +52,11 @@ def as_published(recording: Recording, *, mean_filter: int = 1, ghost: bool = Fa
     measurement = replace(Measurement.of(recording), light_found=True)
     values = measurement.image_values(steady_object=False)
     if measurement.scheme.position is None:
-        whole = Problem.of(measurement, values, _at_rest(measurement), inside=False)
+        whole = Problem.of(measurement, values, _at_rest(measurement), region="field")
         made = METHODS["conventional"].solve(whole, 0.0)
         return _outcome(recording, None, Reconstruction.of(whole, made, "conventional").image)
     path = track(measurement, "per-frame", mean_filter=mean_filter)
-    problem = Problem.of(measurement, values, path, inside=False)
+    problem = Problem.of(measurement, values, path, region="field")
     of_frame = path.displacement_px[values.frame]
     problem = replace(problem, places=Places(of_frame, of_frame, problem.places.fixed))
     if ghost:

@@ -72,6 +72,7 @@ def _figures(analysis: Analysis) -> dict[str, Figure]:
             px_per_mm=scale,
             start_px=None if path is None else path.start_px,
             grey=grey,
+            edges_px=None if analysis.reconstruction is None else analysis.reconstruction.edges_px,
         )
     if analysis.reconstruction is not None and analysis.reconstruction.still is not None:
         still = analysis.reconstruction.still

@@ -32,7 +32,10 @@ def summary_figure(analysis: Analysis) -> Figure:
     grid = figure.add_gridspec(len(heights), max(1, len(images)), height_ratios=heights)
     for column, (image, title) in enumerate(images):
         axes = figure.add_subplot(grid[0, column])
-        draw_image(axes, image, title, size_px=analysis.recording.plan.image_size, px_per_mm=scale)
+        size, edges_px = analysis.recording.plan.image_size, None
+        if image is analysis.image and analysis.reconstruction is not None:
+            edges_px = analysis.reconstruction.edges_px
+        draw_image(axes, image, title, size_px=size, px_per_mm=scale, edges_px=edges_px)
         if image is analysis.image and path is not None and path.start_px is not None:
             mark_centroid(axes, path.start_px)
     if path is not None:

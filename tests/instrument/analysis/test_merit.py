@@ -31,7 +31,7 @@ def path_of(displacement_px: Floats, sigma_px: float = 0.25) -> Trajectory:
 
 
 def image_of(image: Floats, misfit: float = 1.0) -> Reconstruction:
-    return Reconstruction(image, "tv", 1.0, 0.1, misfit, 7, Region.whole(SIZE))
+    return Reconstruction(image, "tv", 1.0, 0.1, misfit, 7, Region.whole(SIZE), Region.whole(SIZE))
 
 
 STEPS = np.outer(np.arange(FRAMES), [1.0, -0.5])

@@ -18,7 +18,7 @@ def _seen(recording: Recording) -> tuple[bool, tuple[int, ...]]:
     """Whether there is one, and the numbers of images that were looked at for it."""
     measurement = first_light(recording)
     values = measurement.image_values(steady_object=True)
-    problem = Problem.of(measurement, values, track(measurement), inside=True)
+    problem = Problem.of(measurement, values, track(measurement), region="inside")
     there, state = background_of(measurement, problem)
     return there, () if state is None else (len(state.images),)
 

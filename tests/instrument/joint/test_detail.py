@@ -52,7 +52,7 @@ def _along(recording: Recording, shaken_px: float) -> Iterate:
     measurement = first_light(recording)
     trajectory = as_trajectory(recording.truth.displacement_px + shaken_px * shaking, FRAMES, measurement.frame_time_s)
     values = measurement.image_values(steady_object=True)
-    return Iterate(measurement, Problem.of(measurement, values, trajectory, inside=True, grid=2), trajectory)
+    return Iterate(measurement, Problem.of(measurement, values, trajectory, region="inside", grid=2), trajectory)
 
 
 @pytest.fixture(scope="module")

@@ -33,7 +33,7 @@ def problem() -> Problem:
     measurement = Measurement.of(recording)
     still = np.ones(FRAMES, np.bool_)
     path = Trajectory(recording.truth.displacement_px, np.zeros((FRAMES, 2)), 300e-6, "given", still)
-    return Problem.of(measurement, measurement.image_values(steady_object=False), path, inside=False)
+    return Problem.of(measurement, measurement.image_values(steady_object=False), path, region="field")
 
 
 def _seen(problem: Problem, move_px: tuple[float, float] = (0.0, 0.0), brightness: float = 1.0) -> Evidence:

@@ -31,7 +31,7 @@ def _iterate(patch: Floats) -> Iterate:
     measurement = first_light(recording)
     trajectory = as_trajectory(recording.truth.displacement_px, FRAMES, measurement.frame_time_s)
     values = measurement.image_values(steady_object=True)
-    return Iterate(measurement, Problem.of(measurement, values, trajectory, inside=True), trajectory)
+    return Iterate(measurement, Problem.of(measurement, values, trajectory, region="inside"), trajectory)
 
 
 @pytest.fixture(scope="module")

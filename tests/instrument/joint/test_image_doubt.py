@@ -40,7 +40,7 @@ def iterate() -> Iterate:
     valid = np.ones(FRAMES, np.bool_)
     path = Trajectory(recording.truth.displacement_px, np.ones((FRAMES, 2)), 300e-6, "joint", valid)
     values = measurement.image_values(steady_object=False)
-    return Iterate(measurement, Problem.of(measurement, values, path, inside=False), path, 1)
+    return Iterate(measurement, Problem.of(measurement, values, path, region="field"), path, 1)
 
 
 def _picture(iterate: Iterate, strength: float = 3.0) -> Picture:

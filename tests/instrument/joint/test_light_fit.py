@@ -46,7 +46,7 @@ def run() -> _Run:
     assert recording.truth is not None
     measurement = Measurement.of(recording)
     motion = as_trajectory(recording.truth.displacement_px, FRAMES, measurement.frame_time_s)
-    problem = Problem.of(measurement, measurement.image_values(steady_object=True), motion, inside=True)
+    problem = Problem.of(measurement, measurement.image_values(steady_object=True), motion, region="inside")
     area = problem.region
     part = recording.truth.image[area.top : area.top + area.height, area.left : area.left + area.width]
     return _Run(problem, part.astype(np.float32), Predictor.of(problem))

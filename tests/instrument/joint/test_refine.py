@@ -144,7 +144,7 @@ def test_without_noise_the_motion_is_found_to_a_fiftieth_of_a_pixel(size: int) -
 def test_on_the_full_field_haze_that_leaves_it_is_no_motion() -> None:
     """Offset-free; with the sum of the image for the light in view it was some fifty times as much as in the region."""
     recording, truth, tracked, _ = _run(0)
-    refined = refine(recording, tracked, region=False).trajectory
+    refined = refine(recording, tracked, region="field").trajectory
     assert offset_free_mse(refined.displacement_px, truth.displacement_px) < 0.003
 
 

@@ -84,7 +84,7 @@ def test_light_that_the_object_lets_through_less_of_at_the_border_is_no_lamp_tha
     measurement = first_light(replace(recording, light=TABLE))
     trajectory = as_trajectory(truth.displacement_px, FRAMES, measurement.frame_time_s)
     values = measurement.image_values(steady_object=True)
-    problem = Problem.of(measurement, values, trajectory, inside=True)
+    problem = Problem.of(measurement, values, trajectory, region="inside")
     area = problem.region
     part = _object()[area.top : area.top + area.height, area.left : area.left + area.width]
     once = problem.seen_as(part, None)
@@ -102,7 +102,7 @@ def test_patterns_without_a_position_see_the_object_where_hadamard_patterns_do()
     recording = replace(simulate(plan, scene, image=_object()), light=TABLE)
     measurement = first_light(recording)
     at_rest = as_trajectory(np.zeros((300, 2)), 300, measurement.frame_time_s)
-    problem = Problem.of(measurement, measurement.image_values(steady_object=True), at_rest, inside=True)
+    problem = Problem.of(measurement, measurement.image_values(steady_object=True), at_rest, region="inside")
     assert problem.places.middle_px == pytest.approx(np.zeros((300, 2)))
     seen = problem.seen_as(_object(), None).seen
     assert seen == pytest.approx(np.ones(300))

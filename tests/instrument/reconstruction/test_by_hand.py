@@ -155,9 +155,9 @@ def test_an_object_inside_the_field_is_looked_for_where_it_fits() -> None:
     """1 px a frame down: from -0.417 to 5.417 px over six frames of six patterns. Region: all columns, and rows up to 16 - 5."""
     measured = _measured()
     values = measured.image_values(steady_object=False)
-    problem = Problem.of(measured, values, _way((0.0, 1.0)), inside=True)
+    problem = Problem.of(measured, values, _way((0.0, 1.0)), region="inside")
     assert problem.region == Region(top=0, left=0, height=11, width=16)
-    assert Problem.of(measured, values, _way((0.0, 1.0)), inside=False).region == Region.whole(16)
+    assert Problem.of(measured, values, _way((0.0, 1.0)), region="field").region == Region.whole(16)
     moved = problem.moved(_way((0.0, -0.5)))
     assert moved.region == problem.region
     assert moved.places.positive[5, 1] == pytest.approx(-0.125 - 2.5)
@@ -168,7 +168,7 @@ def test_rows_and_values_of_a_problem_are_divided_by_their_standard_deviation() 
     values = measured.image_values(steady_object=False)
     sigma = np.linspace(1.0, 6.0, 6)
     values = replace(values, difference_variance=sigma**2)
-    problem = Problem.of(measured, values, _way((0.6, 0.3)), inside=False)
+    problem = Problem.of(measured, values, _way((0.6, 0.3)), region="field")
     operator, whitened = problem.hadamard()
     np.testing.assert_allclose(whitened, (values.positive - values.negative) / sigma, rtol=1e-5)
     dense = dense_differential(values.pairs, problem.places.positive, problem.places.negative, 16)
@@ -183,6 +183,6 @@ def test_a_scheme_without_fringes_has_no_fourier_rows() -> None:
     )
     recording = Recording(plan_of("moment-hadamard", frames, 16), values, np.ones(frames, np.bool_), 50e-6)
     measured = Measurement.of(recording)
-    problem = Problem.of(measured, measured.image_values(steady_object=False), _way((0.1, 0.0)), inside=False)
+    problem = Problem.of(measured, measured.image_values(steady_object=False), _way((0.1, 0.0)), region="field")
     with pytest.raises(InputError, match="the method tv-fourier for the scheme moment-hadamard"):
         problem.with_fourier()

@@ -138,7 +138,7 @@ def test_a_lamp_that_fades_does_not_fade_the_image() -> None:
     assert _psnr(best * image, truth.image) > 30
     assert best == pytest.approx(1 / 0.75, rel=0.05)  # values are on the scale of the mean light, 3/4
     # Taken as steady, the light costs 15 dB and more, and the misfit says that something is wrong.
-    steady = reconstruct(fading, truth.displacement_px, region=False)
+    steady = reconstruct(fading, truth.displacement_px, region="field")
     assert _psnr(steady.image, truth.image) < _psnr(best * image, truth.image) - 15
     assert steady.misfit > 1.5
 
@@ -150,7 +150,7 @@ def test_an_object_that_leaves_the_field_is_imaged_without_a_region() -> None:
     recording = simulate(_plan(), _object(), away, sigma=0.02, seed=1)
     truth = _truth(recording)
     assert truth.displacement_px[-1, 0] < -28
-    image = reconstruct(recording, truth.displacement_px, region=False)
+    image = reconstruct(recording, truth.displacement_px, region="field")
     assert image.region == Region.whole(SIZE)
     assert _psnr(image.image, truth.image) > 28
 

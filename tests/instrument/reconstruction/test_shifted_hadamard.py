@@ -128,7 +128,7 @@ def test_the_region_is_what_the_object_can_occupy_at_frame_0() -> None:
 
 
 def test_a_way_longer_than_the_field_has_no_region() -> None:
-    with pytest.raises(InputError, match="region=False"):
+    with pytest.raises(InputError, match='region "wide"'):
         Region.inside(np.array([[0.0, 0.0], [30.0, 0.0]]), 32)
 
 

@@ -80,7 +80,7 @@ def test_guos_image_by_tval3s_model_has_about_20_db(motion: str) -> None:
         recording, truth = _recording("moment-hadamard", motion, seed)
         measurement = Measurement.of(recording)
         values = measurement.image_values(steady_object=False)
-        problem = Problem.of(measurement, values, track(recording, "per-frame"), inside=False)
+        problem = Problem.of(measurement, values, track(recording, "per-frame"), region="field")
         image = tv_augmented_lagrangian(*problem.hadamard(), mu=16.0).image
         found.append(psnr(image.astype(np.float64), truth.image))
 
