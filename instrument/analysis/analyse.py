@@ -5,21 +5,22 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TypeAlias, get_args
+from typing import TypeAlias
 
 import numpy as np
 
+from instrument.analysis.asked import refuse_choices
 from instrument.analysis.causes import numbers_that_end, refuse_beyond, refuse_endless, refuse_hopeless, refuse_size
 from instrument.analysis.explanations import explained
 from instrument.analysis.find import Found, find_image, find_path
 from instrument.analysis.leaving import crossing, follow
 from instrument.analysis.merit import Figures, figures_of
-from instrument.analysis.passing import pass_by, refuse_passing, unless_it_passes
+from instrument.analysis.passing import pass_by, unless_it_passes
 from instrument.analysis.second_look import in_step_first, surely_slipped
 from instrument.analysis.stage_figures import stage_figures
 from instrument.choices import Background, Grid, Method, Normalise, Reach, Shape, Tracking
 from instrument.measurement import LightModel, Measurement, Slips, first_light, usable_frames
-from instrument.reconstruction import Reconstruction, method_of, reconstruct
+from instrument.reconstruction import Reconstruction, reconstruct
 from instrument.recording import Recording
 from instrument.shown import card, curves, grey, line
 from instrument.storage import open_recording
@@ -128,58 +129,6 @@ def _lit(measurement: Measurement, tracking: Tracking, normalise: Normalise) -> 
     return replace(measurement, light_found=True, normalise="frame" if normalise == "auto" else normalise)
 
 
-def _refuse_tracking(tracking: Tracking, mean_filter: int | None) -> None:
-    """Refuse a tracking that there is not, and a filter that the tracking does not have.
-
-    Raises:
-        InputError: in both cases.
-    """
-    if tracking not in get_args(Tracking):
-        raise InputError(
-            saw=f"the tracking {tracking!r}",
-            expected=f"one of {', '.join(get_args(Tracking))}",
-            remedy="correct the name",
-        )
-    if mean_filter is not None and tracking != "per-frame":
-        raise InputError(
-            saw=f"a mean filter of {mean_filter} for the tracking {tracking}, which smooths as far as the values ask for it",
-            expected="a mean filter with the tracking per-frame alone",
-            remedy="leave it out, or ask for per-frame",
-        )
-
-
-def _refuse_shape(shape: Shape, tracking: Tracking, method: Method) -> None:
-    """Refuse a shape that there is not, and one that tracking or method do not follow.
-
-    Raises:
-        InputError: in both cases.
-    """
-    if shape not in get_args(Shape):
-        raise InputError(
-            saw=f"the shape {shape!r}", expected=f"one of {', '.join(get_args(Shape))}", remedy="correct the name"
-        )
-    if shape == "changing" and (tracking != "joint" or method != "tv"):
-        raise InputError(
-            saw=f"a changing shape with the tracking {tracking} and the method {method}",
-            expected="the tracking joint and the method tv, which follow it",
-            remedy="leave out the one or the other",
-        )
-
-
-def _refuse_region(region: Reach, tracking: Tracking, method: Method, shape: Shape) -> None:
-    """Refuse a region that there is not, and one that the methods do not see.
-
-    Raises:
-        InputError: in both cases.
-    """
-    if region not in get_args(Reach):
-        raise InputError(
-            saw=f"the region {region!r}", expected=f"one of {', '.join(get_args(Reach))}", remedy="correct the name"
-        )
-    if region == "wide":
-        refuse_passing(tracking, method, shape)
-
-
 def _refuse_unusable(recording: Recording) -> None:
     """Refuse a recording without a usable frame, and values beyond all measure.
 
@@ -193,18 +142,6 @@ def _refuse_unusable(recording: Recording) -> None:
             remedy="look at /entry/timing/report in the file for why, and repeat the run",
         )
     refuse_size(recording)
-
-
-def _refuse_choices(tracking: Tracking, mean_filter: int | None, method: Method, shape: Shape, region: Reach) -> None:
-    """Refuse what there is not, and what does not go together.
-
-    Raises:
-        InputError: in both cases.
-    """
-    _refuse_tracking(tracking, mean_filter)
-    method_of(method)
-    _refuse_shape(shape, tracking, method)
-    _refuse_region(region, tracking, method, shape)
 
 
 def analyse(
@@ -245,7 +182,7 @@ def analyse(
             tracking, method, shape or region are unknown, or a change of shape, or the region ``wide``, is asked of a method
             that knows none.
     """
-    _refuse_choices(tracking, mean_filter, method, shape, region)
+    refuse_choices(tracking, mean_filter, method, shape, region)
     if isinstance(recording, str | Path):
         recording = open_recording(recording)
     tell: OnStep = on_step or _tell_nobody
