@@ -106,7 +106,7 @@ class WindowRows:
         seen[:, 0] -= seen[:, 1:].sum(axis=1) / 2
         maps = np.asarray(self.sampling.T @ seen.ravel(), np.float32).reshape(-1, self.length)
         spectrum: NDArray[np.complex64] = np.conj(fft.rfft(maps, axis=1))
-        together = (spectrum.T[:, None] @ self.spectra)[:, 0].T
+        together: NDArray[np.complex64] = (spectrum.T[:, None] @ self.spectra)[:, 0].T
         image: Singles = fft.irfft(together, self.length, axis=1)
         height, width = self.image_shape
         return (image[:, :height].T if self.down else image[:, :width]).ravel()
