@@ -13,16 +13,15 @@ from instrument.measurement.moved import after_lost_frame, by_patterns
 from instrument.measurement.profile import Profile
 from instrument.measurement.ripple import Ripple, ripples_seen
 from instrument.measurement.screening import (
-    HIGHEST_VALUE,
     Screened,
     screened,
     slips_of_counts,
     suspects_of_counts,
-    tell_slips,
     usable_frames,
 )
 from instrument.measurement.slip_evidence import FEWEST_FRAMES
 from instrument.measurement.slips import Change, Segment, Slips, in_step_again
+from instrument.measurement.told import HIGHEST_VALUE, tell_slips
 from instrument.measurement.wiring import Wiring, wiring_of
 
 __all__ = [
