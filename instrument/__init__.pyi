@@ -8,6 +8,7 @@ from .measurement import Measurement as Measurement
 from .plan import MotionPlan as MotionPlan
 from .plan import Plan as Plan
 from .reconstruction import Reconstruction as Reconstruction
+from .reconstruction import Region as Region
 from .reconstruction import reconstruct as reconstruct
 from .recording import Recording as Recording
 from .recording import TimingReport as TimingReport
@@ -33,6 +34,7 @@ __all__ = [
     "Reconstruction",
     "Recording",
     "Refined",
+    "Region",
     "Run",
     "RunAborted",
     "RunStopped",

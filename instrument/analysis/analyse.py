@@ -174,7 +174,8 @@ def analyse(
         region: ``inside`` for an object that is inside the field in most frames, and may leave it or come into it. ``wide`` for
             one that passes by, and may be larger than the field: its image then reaches outside. The lamp must be steady, and the
             path is begun from the stage's profile, where the bench is calibrated. With ``joint`` and ``tv`` alone. ``auto`` takes
-            it to pass by where a calibrated stage tells so, and its values are explained by nothing else.
+            it to pass by where a calibrated stage tells so, and its values are explained by nothing else; but not where its light
+            falls or rises as that of an object which leaves or comes in.
         on_step: function that is called before each step.
 
     Raises:
@@ -182,14 +183,16 @@ def analyse(
             tracking, method, shape or region are unknown, or a change of shape, or the region ``wide``, is asked of a method
             that knows none.
     """
-    refuse_choices(tracking, mean_filter, method, shape, region)
+    refuse_choices(
+        tracking=tracking, mean_filter=mean_filter, method=method, normalise=normalise, shape=shape, region=region
+    )
     if isinstance(recording, str | Path):
         recording = open_recording(recording)
     tell: OnStep = on_step or _tell_nobody
     started_s = time.perf_counter()
     if isinstance(recording, Recording):  # pyright: ignore[reportUnnecessaryIsInstance] - a script may pass a path
         _refuse_unusable(recording)
-    measurement = Measurement.of(recording)
+    measurement = arrived = Measurement.of(recording)
     refuse_hopeless(measurement, recording if isinstance(recording, Recording) else None)  # pyright: ignore[reportUnnecessaryIsInstance]
     wanted = "none" if background == "auto" and recording.background is not None else background
     with numbers_that_end():
@@ -217,8 +220,14 @@ def analyse(
                 return find_image(path, tracking, method, wanted, grid, shape=shape)
 
             way = partial(explained, measurement, find, screen) if tracking == "joint" else partial(find, measurement)
-            if region == "auto" and tracking == "joint" and method == "tv" and shape != "changing":
-                way = partial(unless_it_passes, way, recording, wanted, grid)
+            if (
+                region == "auto"
+                and tracking == "joint"
+                and method == "tv"
+                and normalise in {"auto", "off"}
+                and shape != "changing"
+            ):
+                way = partial(unless_it_passes, way, recording, arrived, wanted, grid)
             found = way()
             measurement = found.measurement
         else:

@@ -3,12 +3,14 @@
 from typing import get_args
 
 from instrument.analysis.passing import refuse_passing
-from instrument.choices import Method, Reach, Shape, Tracking
+from instrument.choices import Method, Normalise, Reach, Shape, Tracking
 from instrument.reconstruction import method_of
 from protocols import InputError
 
 
-def refuse_choices(tracking: Tracking, mean_filter: int | None, method: Method, shape: Shape, region: Reach) -> None:
+def refuse_choices(
+    *, tracking: Tracking, mean_filter: int | None, method: Method, normalise: Normalise, shape: Shape, region: Reach
+) -> None:
     """Refuse what there is not, and what does not go together.
 
     Raises:
@@ -17,7 +19,7 @@ def refuse_choices(tracking: Tracking, mean_filter: int | None, method: Method, 
     _refuse_tracking(tracking, mean_filter)
     method_of(method)
     _refuse_shape(shape, tracking, method)
-    _refuse_region(region, tracking, method, shape)
+    _refuse_region(region, tracking, method, shape, normalise)
 
 
 def _refuse_tracking(tracking: Tracking, mean_filter: int | None) -> None:
@@ -58,7 +60,7 @@ def _refuse_shape(shape: Shape, tracking: Tracking, method: Method) -> None:
         )
 
 
-def _refuse_region(region: Reach, tracking: Tracking, method: Method, shape: Shape) -> None:
+def _refuse_region(region: Reach, tracking: Tracking, method: Method, shape: Shape, normalise: Normalise) -> None:
     """Refuse a region that there is not, and one that the methods do not see.
 
     Raises:
@@ -69,4 +71,4 @@ def _refuse_region(region: Reach, tracking: Tracking, method: Method, shape: Sha
             saw=f"the region {region!r}", expected=f"one of {', '.join(get_args(Reach))}", remedy="correct the name"
         )
     if region == "wide":
-        refuse_passing(tracking, method, shape)
+        refuse_passing(tracking, method, shape, normalise)

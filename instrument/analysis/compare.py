@@ -98,7 +98,7 @@ def _image_of(recording: Recording) -> Floats:
             expected="a scheme with Hadamard patterns",
             remedy="compare recordings of fourier-hadamard, or of hadamard",
         )
-    return found.at_patterns
+    return found.in_field
 
 
 def compare_images(reference: Floats, image: Floats) -> Compared:

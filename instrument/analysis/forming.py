@@ -22,7 +22,7 @@ class Stage:
     """Number of frames, from the first on."""
 
     image: Floats
-    """``(grid m, grid m)``: image at frame 0 from these frames."""
+    """``(grid m, grid m)``, or larger as ``Reconstruction.image`` says: the image from these frames."""
 
 
 def forming(analysis: Analysis, stages: int) -> Generator[Stage]:
@@ -54,6 +54,7 @@ def forming(analysis: Analysis, stages: int) -> Generator[Stage]:
             analysis.measurement.first(frames),
             _beginning(path, frames),
             "tv",
+            region=whole.region if whole.wide else "inside",
             grid=whole.grid if finer else 1,
             still=whole.still is not None,
         ).image

@@ -13,13 +13,12 @@ from typing import Final
 import numpy as np
 
 from instrument.analysis.doubts import crosses_all
-from instrument.analysis.find import NOTHING, Found, find_path
-from instrument.choices import Background, Grid, Method, Shape, Tracking
+from instrument.analysis.find import NOTHING, Found
+from instrument.choices import Background, Grid, Method, Normalise, Shape, Tracking
 from instrument.joint import refine
 from instrument.measurement import Finding, Measurement
 from instrument.recording import Recording
-from instrument.schemes import position_of
-from instrument.tracking import Trajectory, as_trajectory
+from instrument.tracking import Trajectory, as_trajectory, track
 from protocols import Floats, InputError
 
 _EXPLAINED: Final = 1.15
@@ -29,27 +28,33 @@ the path was found, and 1.18 or more where it was not."""
 _FAR_PX: Final = 6.0
 """Distance between the path found and the stage's profile from which on one of them may be wrong: 5 px were pulled in, 12 not."""
 
+_FAR_BETTER: Final = 0.97
+"""Misfit over that of an object inside from which on one that passes by is believed: its image has more unknown pixels, which
+explain more of the noise by themselves."""
+
 _CHANGES: Final = 0.05
-"""Change of the total light above which an object may come and go."""
+"""Change of the total light above which an object may come and go: steady lamps of the benchmarks change it by less."""
 
 _ROOM_PX: Final = 4
 """Room that an object needs beside its path to stay inside the field."""
 
 _MOVED_PX: Final = 2.0
-"""Travel without which nothing passes by."""
+"""Travel below which no more than the border of an object can pass by."""
 
 
-def refuse_passing(tracking: Tracking, method: Method, shape: Shape) -> None:
+def refuse_passing(tracking: Tracking, method: Method, shape: Shape, normalise: Normalise) -> None:
     """Refuse methods that see no object pass by.
 
     Raises:
-        InputError: another tracking than ``joint``, another method than ``tv``, or a changing shape.
+        InputError: another tracking than ``joint``, another method than ``tv``, a changing shape, or values divided
+            by the total light.
     """
-    if tracking != "joint" or method != "tv" or shape == "changing":
+    if tracking != "joint" or method != "tv" or shape == "changing" or normalise not in {"auto", "off"}:
         raise InputError(
-            saw=f"the region wide with the tracking {tracking}, the method {method} and the shape {shape}",
-            expected="the tracking joint, the method tv, and a rigid object",
-            remedy="leave these out, or the region; from Python, reconstruct() takes the region wide with any method and path",
+            saw=f"the region wide with the tracking {tracking}, the method {method}, the shape {shape} and normalise {normalise}",
+            expected="the tracking joint, the method tv, a rigid object, and values that are divided by nothing",
+            remedy="leave these out, or the region; from Python, reconstruct() takes the region wide with any path, and with "
+            "every method but conventional",
         )
 
 
@@ -73,7 +78,7 @@ def pass_by(recording: Recording, measurement: Measurement, background: Backgrou
         )
     as_arrived = replace(measurement, light_found=True, normalise="off")
     told = stage_path(recording, as_arrived)
-    start = told or _by_phases(as_arrived)
+    start = track(as_arrived) if told is None else told
     refined = refine(
         as_arrived,
         start,
@@ -92,7 +97,9 @@ def pass_by(recording: Recording, measurement: Measurement, background: Backgrou
     return _told(found, told)
 
 
-def unless_it_passes(usual: Callable[[], Found], recording: Recording, background: Background, grid: Grid) -> Found:
+def unless_it_passes(
+    usual: Callable[[], Found], recording: Recording, as_arrived: Measurement, background: Background, grid: Grid
+) -> Found:
     """Find path and image as usual; and where these fail, or are in doubt, those of an object that passes by as the stage tells.
 
     Where by the stage's profile no object can stay inside the field, one that passes by is looked for first.
@@ -100,13 +107,13 @@ def unless_it_passes(usual: Callable[[], Found], recording: Recording, backgroun
     Args:
         usual: function that finds them of an object that is inside the field.
         recording: the run.
+        as_arrived: its light, of which nothing was found yet.
         background: as in ``pass_by``.
         grid: likewise.
 
     Raises:
         InputError, LinAlgError: as ``usual``, where the object is not found to pass by either.
     """
-    as_arrived = Measurement.of(recording)
     told = None if as_arrived.scheme.image_rows is None else stage_path(recording, as_arrived)
     if told is None:
         return usual()
@@ -121,7 +128,7 @@ def unless_it_passes(usual: Callable[[], Found], recording: Recording, backgroun
         refused = error
     if not no_room and (found is None or _in_doubt(found)):
         passing = _tried(recording, as_arrived, background, grid)
-    if passing is not None and (found is None or _misfit(passing) < _misfit(found)):
+    if passing is not None and (found is None or _misfit(passing) < _FAR_BETTER * _misfit(found)):
         return passing
     if found is None:
         assert refused is not None  # noqa: S101  (either is there)
@@ -166,14 +173,6 @@ def stage_path(recording: Recording, measurement: Measurement) -> Trajectory | N
     return replace(as_trajectory(place_px, frames, frame_time_s), valid=measurement.valid)
 
 
-def _by_phases(measurement: Measurement) -> Trajectory:
-    """Give the path that the position patterns would tell of an object that stays inside."""
-    position_of(measurement.scheme)
-    path = find_path(measurement, "smooth", None).trajectory
-    assert path is not None  # noqa: S101  (the scheme has a position)
-    return path
-
-
 def _told(found: Found, told: Trajectory | None) -> Found:
     """Say what the image is of, and where the path is not to be trusted."""
     path, image = found.trajectory, found.reconstruction
@@ -197,13 +196,13 @@ def _why_not(path: Trajectory, misfit: float, told: Trajectory | None, refinemen
     """Say why the path may be wrong by more than its uncertainty; nothing where it is to be trusted."""
     if told is None:
         return (
-            "the path was begun from the phases of the fringes, which what comes and goes moves too, and may "
-            "be off by many px: no uncertainty is stated; calibrate the stage, or give the path to reconstruct()"
+            "the path was begun from the phases of the fringes, which what comes and goes moves too, and may be off by many px: "
+            "no uncertainty is stated; calibrate the stage and let the plan move it, or give the path to reconstruct()"
         )
     if not refinements:
         return (
-            "the values do not make the stage's profile better, so that the path is that profile, and no uncertainty is stated: "
-            "take more light, or let the object be longer in the field"
+            "the values do not make the stage's profile better, or lead far away from it, so that the path is that profile, and "
+            "no uncertainty is stated: take more light, let the object be longer in the field, or calibrate the stage again"
         )
     if not misfit < _EXPLAINED:
         return (

@@ -76,7 +76,7 @@ def _of_signals(measurement: Measurement, *, with_image: bool) -> tuple[str, ...
         return ()
     squares = (np.abs(found.signal[found.valid]) ** 2).mean(axis=0) - 2 * noise**2
     return tuple(
-        f"only {100 * part:.0f} % of the light go up and down with the fringes along {axis}: the object is about as long as a "
+        f"only {100 * part:.0f} % of the light goes up and down with the fringes along {axis}: the object is about as long as a "
         f"fringe, or much of the light is not its own, so that its place along {axis} may be wrong by more than is stated; fewer "
         "fourier_cycles suit larger objects"
         for axis, part in zip("xy", np.sqrt(np.maximum(squares, 0.0)).tolist(), strict=True)

@@ -84,7 +84,7 @@ def _write_csv(arrays: "dict[str, Floats | Mask]", _file: Path, place: Path) -> 
     columns: dict[str, list[object]] = {}
     frames = len(arrays["time_s"])
     for name, array in arrays.items():
-        if array.ndim == 0 or len(array) != frames or "image" in name or name in {"edge_time_s", "still"}:
+        if array.ndim == 0 or len(array) != frames or "image" in name or name in {"edge_time_s", "still", "origin_px"}:
             continue
         if array.ndim == 1:
             columns[name] = array.tolist()

@@ -17,7 +17,7 @@ from instrument.joint.rounds import FEWEST_FRAMES, Refinement, refined
 from instrument.joint.stated import stated
 from instrument.measurement import Measurement
 from instrument.numerics import TvState, one_blas_thread
-from instrument.reconstruction import Problem, Reconstruction, Region, light_of, solution_of
+from instrument.reconstruction import Problem, Reconstruction, Region, light_for, solution_of
 from instrument.recording import Recording
 from instrument.schemes import position_of
 from instrument.tracking import Trajectory, as_trajectory
@@ -25,7 +25,7 @@ from protocols import Floats, InputError
 from protocols.field_docs import with_fields
 
 _WORSE = 1.05  # ratio of misfits above which the refined path is worse than the one given
-_MORE_PX = 4  # by which an image that reaches outside the field is larger while its path is refined
+_MORE_PX = 4  # by which a wide image is larger while its path is refined: about by so much a path is corrected
 _NO_BETTER = 1.01  # ratio of misfits above which smaller pixels explain less than those of the patterns do
 
 
@@ -102,7 +102,7 @@ def refine(
     Raises:
         InputError: as ``reconstruct``, the scheme has no position, or a changing shape is asked of an object that passes by.
     """
-    measurement = light_of(recording, region)
+    measurement = light_for(recording, region)
     position_of(measurement.scheme)
     values = measurement.image_values(steady_object=region == "inside")
     trajectory = as_trajectory(motion, len(measurement), measurement.frame_time_s)
@@ -123,7 +123,7 @@ def refine(
         problem = problem.with_still() if there else problem
     given = Iterate(measurement, problem, trajectory)
     refinement = refined(given, start, fitted=fitted)
-    finer = grid or grid_of(refinement.iterate.trajectory, refinement.penalty)
+    finer = grid or (1 if problem.passes else grid_of(refinement.iterate.trajectory, refinement.penalty))
     usual = Picture.of(_as_seen(refinement.iterate, region).on_grid(finer))
     if usual.state.misfit > _WORSE * refinement.misfit_given:
         usual = Picture.of(_as_seen(given, region).on_grid(finer))
@@ -156,9 +156,10 @@ def refine(
 
 def _lost_frame(refinement: Refinement) -> LostFrame | None:
     """Look for a frame that was lost, where path and image agree."""
-    if refinement.state is None or refinement.position_misfit > CONTRADICTS:
+    problem = refinement.iterate.problem
+    if refinement.state is None or problem.passes or refinement.position_misfit > CONTRADICTS:
         return None
-    return lost_frame(refinement.iterate.problem, refinement.state)
+    return lost_frame(problem, refinement.state)
 
 
 def _as_seen(iterate: Iterate, region: Extent | Region) -> Iterate:

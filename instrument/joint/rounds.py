@@ -23,7 +23,7 @@ FEWEST_FRAMES: Final = 64
 
 _MOST_REFINEMENTS = 8
 _MOST_PASSING = 24  # of an object that passes by, whose image is long in coming
-_LOST = 0.25  # of the field: an object that passes by is not pulled in from so far, and may be lost for good
+_LOST = 0.25  # of the field: a path corrected by more runs away; one ran to 144,000 px
 _STANDS_STILL = 0.204  # change of the path over its uncertainty, both rms, below which it is taken as found
 _ANOTHER = 1.0  # change of the shape over its uncertainty from which on the image is begun afresh
 

@@ -106,7 +106,7 @@ def ripples_seen(total: Floats, amplitude: Floats | None, valid: Mask, time_s: F
     for _ in range(_PASSES):
         trend = _trend(filled - trend * rippled)
         if not (trend > 0).all():
-            return ()
+            break
         found = _lines(filled / trend - 1, time_s)
         rippled = lamp_factor(time_s, found) - 1
         if rippled.max(initial=0.0) < _BENDS:

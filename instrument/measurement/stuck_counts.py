@@ -57,7 +57,8 @@ def saturated(values: Floats, *, photon_counts: bool) -> Mask:
     """``(frames, patterns_per_frame)``: values that are all the highest of the run, as of a detector that saturates; none if few.
 
     A pattern that always gives that value tells nothing. Nor does one that mostly gives it, where values may be without noise: of
-    an object at rest it does so by right.
+    an object at rest it does so by right. Light that is rounded so coarsely that many values are the highest by chance looks the
+    same.
 
     Args:
         values: ``(frames, patterns_per_frame)``; NaN where none was measured.

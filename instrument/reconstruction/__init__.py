@@ -7,7 +7,7 @@ from instrument.reconstruction.dgi import ghost_image
 from instrument.reconstruction.field import Field, hadamard_values
 from instrument.reconstruction.methods import METHODS, ImageMethod, Solution, Solver, method_of, solution_of
 from instrument.reconstruction.problem import Places, Problem
-from instrument.reconstruction.reconstruct import Reconstruction, binned, field_in, light_of, reconstruct
+from instrument.reconstruction.reconstruct import Reconstruction, binned, field_in, light_for, reconstruct
 from instrument.reconstruction.region import Region
 from instrument.reconstruction.shifted_hadamard import ShiftedHadamard
 from instrument.reconstruction.solved import solved
@@ -34,7 +34,7 @@ __all__ = [
     "ghost_image",
     "hadamard_values",
     "inverse_hadamard",
-    "light_of",
+    "light_for",
     "method_of",
     "reconstruct",
     "solution_of",

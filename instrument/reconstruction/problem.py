@@ -265,7 +265,7 @@ class Problem:
         of_fixed = np.sqrt(values.fixed_variance + values.difference_variance[:, None] / 4)
         sigma = np.hstack([values.difference_sigma[:, None], of_fixed])
         window = WindowRows.of(patterns, places_px, sigma, self.field, self.region)
-        longest = _OF_WINDOW * values.size / float(np.median(values.difference_sigma))
+        longest = _OF_WINDOW * values.size / self.field.grid / float(np.median(values.difference_sigma))
         in_time = InTime.of(window, window.columns, longest, steady=not self.still)
         seen = np.hstack([total, values.fixed - total / 2]) / sigma
         also: Operator = in_time

@@ -23,7 +23,7 @@ from protocols.field_docs import with_fields
 @with_fields
 @dataclass(frozen=True, eq=False)
 class Reconstruction:
-    """The image of the object at its position in frame 0. ``numpy.asarray`` gives ``image``."""
+    """The image of the object at its position in the reference frame of its path. ``numpy.asarray`` gives ``image``."""
 
     image: Floats
     """``(grid image_size, grid image_size)``, row = y (down), column = x; ``(grid rows, grid columns)`` where ``region`` reaches
@@ -69,7 +69,7 @@ class Reconstruction:
 
     @property
     def in_field(self) -> Floats:
-        """``(image_size, image_size)``: what of it is inside the field at frame 0, at the patterns' resolution."""
+        """``(image_size, image_size)``: what of it is inside the field in that frame, at the patterns' resolution."""
         field = self.field
         return self.at_patterns[field.top : field.top + field.height, field.left : field.left + field.width]
 
@@ -144,15 +144,18 @@ class Reconstruction:
         )
 
 
-def light_of(recording: Recording | Measurement, region: Extent | Region) -> Measurement:
+def light_for(recording: Recording | Measurement, region: Extent | Region) -> Measurement:
     """Correct a recording by what it shows of the bench's light, as far as that can be told for such a region.
 
     Where what is in the field changes, the signals of position patterns lie on no circle whose centre were their offset: there
     nothing is taken from the run before its image is known.
     """
-    if region == "wide" and not (measurement := Measurement.of(recording)).light_found:
+    measurement = Measurement.of(recording)
+    size = measurement.plan.image_size
+    passes = region == "wide" if isinstance(region, str) else region.with_field(size) != Region.whole(size)
+    if passes and not measurement.light_found:
         return replace(measurement, light_found=True)
-    return first_light(recording)
+    return first_light(measurement)
 
 
 def field_in(region: Region, size: int) -> Region:
@@ -217,7 +220,7 @@ def reconstruct(
             expected="a method that finds an image between the pixels of the patterns",
             remedy='leave grid out, or take the method "tv"',
         )
-    measurement = light_of(recording, region)
+    measurement = light_for(recording, region)
     values = measurement.image_values(steady_object=region == "inside")
     trajectory = as_trajectory(motion, len(measurement), measurement.frame_time_s)
     problem = Problem.of(measurement, values, trajectory, region=region, grid=grid, still=still)

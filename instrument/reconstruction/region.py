@@ -26,6 +26,15 @@ class Region:
     width: int
     """Number of columns."""
 
+    def __post_init__(self) -> None:
+        """Refuse a rectangle without pixels."""
+        if self.height < 1 or self.width < 1:
+            raise InputError(
+                saw=f"a region of {self.height} x {self.width} px",
+                expected="a height and a width of 1 px or more",
+                remedy="correct it",
+            )
+
     @classmethod
     def whole(cls, size: int) -> Self:
         """Give the whole field of ``size`` pixels a side."""

@@ -44,8 +44,8 @@ def solved(problem: Problem, **steps: Unpack[Steps]) -> TvState:
     if start is not None:  # what is in the field has changed with the path, and with it how strongly an image is seen
         steps["start"] = _seen_by(every[0], start)
     state = total_variation(*every, finer=finer, **steps)
-    rows, values = problem.hadamard()
-    left = values - rows.matvec(np.concatenate([image.ravel() for image in state.images]))
+    images = np.concatenate([image.ravel() for image in state.images])
+    left = (every[1] - every[0].matvec(images))[: len(problem.values)]  # of the Hadamard differences, which come first
     return replace(state, misfit=float(np.sqrt(np.mean(np.square(left, dtype=np.float64)))))
 
 

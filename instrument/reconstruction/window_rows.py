@@ -10,7 +10,7 @@ displacements that there are along the other: an object passes by on a line.
 """
 
 from dataclasses import dataclass
-from typing import Self
+from typing import Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,10 @@ from scipy.sparse import csr_array
 
 from instrument.reconstruction.field import Field
 from instrument.reconstruction.region import Region
-from protocols import Floats, Integers, Singles
+from protocols import Floats, InputError, Integers, Singles
+
+_MOST_BYTES: Final = 400_000_000
+"""Of the patterns' spectra at most: three times as much is needed while they are made."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +68,12 @@ class WindowRows:
         turned = patterns.transpose(0, 2, 1) if down else patterns
         first, last = int(np.floor(across.min())), int(np.floor(across.max())) + 1
         length = int(fft.next_fast_len(pixels + reach, real=True))
+        if 8 * (length // 2 + 1) * len(patterns) * (last + 1 - first) * side > _MOST_BYTES:
+            raise InputError(
+                saw=f"an object that passes by across {last - first} rows or columns of the image as well as along them",
+                expected="a path that leads nearly along rows or along columns",
+                remedy="turn the stage's axis to the modulator's, or take the grid 1, or fewer pixels",
+            )
         spectra: NDArray[np.complex64] = fft.rfft(turned, length, axis=2)
         rows = np.add.outer(
             np.arange(first, last + 1), np.arange(side)

@@ -81,7 +81,9 @@ def _scaled(trajectory: Trajectory, recording: Recording | Measurement) -> Traje
 
 
 def _placed(measurement: Measurement, trajectory: Trajectory) -> Trajectory:
-    """Give the absolute position and the angle, where the scheme measures them."""
+    """Give the absolute position and the angle, where the scheme measures them: both count from frame 0."""
+    if trajectory.reference_frame:
+        return trajectory
     turn = position_of(measurement.scheme).turn
     placed = with_start(measurement, trajectory)
     return placed if turn is None else with_angle(measurement, placed, turn)

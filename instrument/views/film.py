@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from scipy.ndimage import shift
 
 from instrument.analysis import Analysis, Stage, forming
+from instrument.reconstruction import Reconstruction
 from instrument.tracking import Trajectory
 from instrument.views.style import X_COLOUR, Y_COLOUR, new_figure
 from protocols import Floats, InputError
@@ -59,10 +60,10 @@ def write_film(
     found = analysis.trajectory
     stages = forming(analysis, pictures)
     first = next(stages)  # what has no film is refused before a file is made
-    if found is None or analysis.image is None:
+    image = analysis.reconstruction
+    if found is None or image is None:
         return path
-    grid = 1 if analysis.reconstruction is None else analysis.reconstruction.grid
-    picture = _Picture(analysis.image, found.displacement_px * grid, found, _still(analysis, grid))
+    picture = _Picture(image, found)
     part = path.with_name(f".{path.stem}.part{path.suffix}")
     try:
         with film_writer(path) as writer, writer.saving(picture.figure, str(part), _DPI):
@@ -81,16 +82,19 @@ def write_film(
 class _Picture:
     """The picture of the film, which changes from stage to stage."""
 
-    def __init__(self, image: Floats, shift_cells: Floats, found: Trajectory, still: Floats | None) -> None:
-        """Draw what stays; ``shift_cells`` is the displacement in pixels of ``image``."""
-        self._image, self._shift_cells, self._still = image, shift_cells, still
+    def __init__(self, found_image: Reconstruction, found: Trajectory) -> None:
+        """Draw what stays."""
+        cells, field = found_image.grid, found_image.field
+        image, still = found_image.image, _still(found_image)
+        self._image, self._shift_cells, self._still = image, found.displacement_px * cells, still
+        self._field = tuple(slice(cells * first, cells * (first + field.width)) for first in (field.top, field.left))
         self._place_px, self._time_s = found.displacement_px, found.time_s
         place_px, time_s = self._place_px, self._time_s
         self.figure: Figure = new_figure(9.6, 5.8)
         grid = self.figure.add_gridspec(2, 2, height_ratios=[2.2, 1])
         self._top = float(max(image.max(), 0 if still is None else still.max())) or 1.0
-        self._moving = self._panel(grid[0, 0], "the object in the field")
-        self._forming = self._panel(grid[0, 1], "its image")
+        self._moving = self._panel(grid[0, 0], "the object in the field", image[self._field])
+        self._forming = self._panel(grid[0, 1], "its image", image)
         axes = self.figure.add_subplot(grid[1, :])
         axes.set_xlim(0, float(time_s[-1]))
         margin = 0.05 * max(1.0, float(np.ptp(place_px)))
@@ -103,18 +107,18 @@ class _Picture:
         ]
         axes.legend(loc="upper left", frameon=False)
 
-    def _panel(self, place: Any, title: str) -> Any:
+    def _panel(self, place: Any, title: str, image: Floats) -> Any:
         axes: Axes = self.figure.add_subplot(place)
         axes.set_title(title)
         axes.set_xticks([])
         axes.set_yticks([])
-        return axes.imshow(np.zeros_like(self._image), cmap="gray", vmin=0.0, vmax=self._top, interpolation="nearest")
+        return axes.imshow(np.zeros_like(image), cmap="gray", vmin=0.0, vmax=self._top, interpolation="nearest")
 
     def show(self, stage: Stage) -> None:
         """Show the run after the stage's frames."""
         now = stage.frames - 1
         across, down = self._shift_cells[now].tolist()
-        moved = np.asarray(shift(self._image, (down, across), order=1), np.float64)
+        moved = np.asarray(shift(self._image, (down, across), order=1), np.float64)[self._field]
         self._moving.set_data(moved if self._still is None else moved + self._still)
         self._forming.set_data(stage.image)
         self._forming.axes.set_title(f"its image, from {stage.frames} of {len(self._time_s)} frames")
@@ -122,11 +126,11 @@ class _Picture:
             line.set_data(self._time_s[: stage.frames], self._place_px[: stage.frames, axis])
 
 
-def _still(analysis: Analysis, grid: int) -> Floats | None:
+def _still(found: Reconstruction) -> Floats | None:
     """Give what stands still, on the pixels of the object's image."""
-    if analysis.reconstruction is None or analysis.reconstruction.still is None:
+    if found.still is None:
         return None
-    return np.asarray(np.kron(analysis.reconstruction.still, np.ones((grid, grid))), np.float64)
+    return np.asarray(np.kron(found.still, np.ones((found.grid, found.grid))), np.float64)
 
 
 def _with_first(first: Stage, others: Generator[Stage]) -> Generator[Stage]:

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from instrument import Instrument, Plan, Recording, analyse
-from instrument.analysis import Analysis, store
+from instrument.analysis import Analysis, compare, forming, store
 from instrument.analysis.passing import stage_path
 from instrument.measurement import Measurement
 from instrument.numerics import psnr
 from instrument.plan import MotionPlan
 from instrument.storage import open_recording, stored_analysis
+from instrument.views.film import write_film
 from instrument.views.summary import summary_figure
 from protocols import Floats, InputError
 from sim_backends.bench.objects import BUILT_INS
@@ -86,7 +87,7 @@ def found(passing: Recording) -> Analysis:
     return analyse(passing, region="wide", grid="1")
 
 
-def test_the_path_is_pulled_in_from_a_calibration_that_is_off_by_2_percent(passing: Recording, found: Analysis) -> None:
+def test_the_path_is_corrected_from_a_calibration_that_is_off_by_2_percent(passing: Recording, found: Analysis) -> None:
     assert passing.truth is not None
     assert found.trajectory is not None
     error_px = found.trajectory.displacement_px - passing.truth.displacement_px
@@ -127,7 +128,20 @@ def test_file_and_pictures_hold_the_wide_image(file: Path, passing: Recording, f
     assert np.ptp(border.get_xydata(), axis=0).tolist() == [SIZE, SIZE]
 
 
-def test_the_stage_tells_the_way_where_it_is_calibrated(passing: Recording) -> None:
+def test_a_film_shows_the_field_and_beside_it_the_wide_image(found: Analysis, tmp_path: Path) -> None:
+    stages = list(forming(found, 2))
+    assert found.image is not None
+    assert {stage.image.shape for stage in stages} == {found.image.shape}
+    film = write_film(found, tmp_path / "film.gif", pictures=2)
+    assert film.stat().st_size > 1000
+
+
+@pytest.mark.thorough
+def test_it_is_compared_by_what_is_in_the_field(passing: Recording) -> None:
+    assert compare(passing, passing).figures.shift_px == pytest.approx((0.0, 0.0), abs=0.1)
+
+
+def test_the_stage_tells_the_path_where_it_is_calibrated(passing: Recording) -> None:
     """40 px at 20 px/mm, told with 20.4 px/mm: 40.8 px, from the middle of the first frame to that of the last."""
     told = stage_path(passing, Measurement.of(passing))
     assert told is not None
@@ -162,7 +176,9 @@ def test_an_object_that_passes_by_is_found_out(passing: Recording) -> None:
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"tracking": "smooth"}, {"method": "dgi"}, {"shape": "changing"}], ids=["tracking", "method", "shape"]
+    "wrong",
+    [{"tracking": "smooth"}, {"method": "dgi"}, {"shape": "changing"}, {"normalise": "frame"}],
+    ids=["tracking", "method", "shape", "normalise"],
 )
 def test_methods_that_see_no_object_pass_by_are_refused(passing: Recording, wrong: dict[str, Any]) -> None:
     with pytest.raises(InputError, match="region wide"):

@@ -16,7 +16,7 @@ from protocols import Floats, InputError
 SIZE, FRAMES = 32, 500
 
 
-def test_the_field_sees_of_a_passing_object_what_its_own_way_uncovers() -> None:
+def test_the_field_sees_of_a_passing_object_what_its_path_uncovers() -> None:
     """Moved by up to 10.2 px to the right, pixels from -10.2 on are seen; by 2.5 px down and 3.5 px up, from -2.5 to 32 + 3.5."""
     region = Region.seen(np.array([[0.0, 2.5], [10.2, -3.5]]), SIZE)
     assert region == Region(top=-3, left=-11, height=39, width=43)
@@ -141,6 +141,29 @@ def test_the_image_of_a_passing_object_is_larger_than_the_field(passing: Recordi
     inside = reconstruct(passing, way, region="field")
     assert inside.image.shape == (32, 32)
     assert psnr(found.in_field, true[:, 40:72]) > psnr(inside.image, true[:, 40:72]) + 3
+
+
+def test_a_rectangle_of_ones_own_is_refined_as_a_wide_region_is(passing: Recording) -> None:
+    """No offsets are taken from circles, no finer grid and no lost frame are looked for."""
+    assert passing.truth is not None
+    wide = Region.seen(passing.truth.displacement_px, SIZE)
+    found = refine(passing, passing.truth.displacement_px, region=wide, grid=None, background="none")
+    assert found.image.region == wide
+    assert found.image.grid == 1
+    assert found.lost_frame is None
+
+
+def test_a_rectangle_without_pixels_is_refused() -> None:
+    with pytest.raises(InputError, match="0 x 5 px"):
+        Region(0, 0, 0, 5)
+
+
+def test_a_diagonal_path_that_would_fill_the_memory_is_refused_before_it_does() -> None:
+    """At 256 px, a path of 240 px along both axes: 5 patterns, 241 rows, 256 of the image, 376 frequencies: 0.9 GB."""
+    path_px = np.repeat(np.linspace(0, 240, 20)[:, None, None], 5, axis=1) * np.ones(2)
+    region, field = Region.seen(path_px[:, 0], 256), Field(256)
+    with pytest.raises(InputError, match="along rows or along columns"):
+        WindowRows.of(np.ones((5, 256, 256), np.float32), path_px, np.ones((20, 5)), field, region)
 
 
 def test_an_unknown_region_is_refused(passing: Recording) -> None:

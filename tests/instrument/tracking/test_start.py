@@ -85,6 +85,7 @@ def test_moments_know_where_the_object_is(scheme: str) -> None:
     found = track(recording).start_px
     assert found is not None
     np.testing.assert_allclose(found, truth_px, atol=0.4)
+    assert track(recording, reference_frame=20).start_px is None  # it is the centroid's place at frame 0
 
 
 def test_phases_alone_do_not() -> None:
