@@ -26,8 +26,9 @@ MAY_CONTRADICT: Final = 1.1
 """Misfit of the position values above which they may contradict the image: at 50 counts of an all-on pattern, healthy runs had
 up to 1.12, and fringes that were exchanged 1.14 or more."""
 
-_BLURRED: Final = 1.03
-"""Misfit of the Hadamard values above which the image may be blurred by the path of the other axis."""
+_BLURRED: Final = 1.02
+"""Misfit of the final image above which it may be blurred by the path of the other axis: at 50 counts exchanged axes near the
+diagonal left 1.026 and more, and healthy runs 0.99 +- 0.02."""
 
 _IN_FULL: Final = 2
 """Explanations, the likeliest ones, along which path and image are found in full."""
@@ -60,9 +61,8 @@ def otherwise(
     if found is not None:
         left = found.position_misfit**2 - 1
         if not found.position_misfit > MAY_CONTRADICT or not (first := _misfit(measurement)) > MAY_CONTRADICT:
-            return (
-                _axes_exchanged(measurement, found, find) if left < np.inf and found.usual_misfit > _BLURRED else None
-            )
+            blurred = found.reconstruction is not None and found.reconstruction.misfit > _BLURRED
+            return _axes_exchanged(measurement, found, find) if blurred and np.isfinite(left) else None
         left = min(left, first**2 - 1)
     best = _best_of(_likely(measurement, first), found, left, find)
     if best is not None and best[0].scheme is not measurement.scheme:  # fringes are exchanged: no slip looks like that
