@@ -5,7 +5,7 @@ spots, go along x (a line says so where not), the middle of the object through t
 the run. The bench is calibrated, with an error of px/mm that a line names. "dB true" is the image along the true path, over all
 columns that were in the field in a fifth of the frames; "dB" that of ``analyse(region="wide")`` there, with "MSE" the path's in
 px^2 and "far" its largest error in px; "stated" is the share of runs that state an uncertainty, "sigma" the median of that, and
-"covered" the share of its 95 % intervals that hold the truth. "told" is how far the stage's profile is off by the calibration.
+"covered" the share of its 95 % intervals that hold the truth. "off" is how far the stage's profile is off by the calibration.
 """
 
 import argparse
@@ -170,7 +170,7 @@ LINES: Final = (
 )
 """The lines."""
 
-_HEADS: Final = ("told px", "dB true", "dB", "MSE", "far", "stated", "sigma", "covered", "misfit", "s")
+_HEADS: Final = ("off px", "dB true", "dB", "MSE", "far", "stated", "sigma", "covered", "misfit", "s")
 
 
 def main() -> None:
