@@ -68,10 +68,11 @@ def cheapest_place(before: Floats, after: Floats, as_likely: float) -> tuple[int
         as_likely: cost by which a place is worse that is as good as ruled out.
 
     Returns:
-        The first value after the change, 0 to n; and the first and the last one that may be it.
+        The first value after the change, 0 to n; and the first and the last one that may be it: any, where no cost is a number.
     """
     total: Floats = np.concatenate([np.zeros(1), np.cumsum(before)])
     total[:-1] += np.cumsum(after[::-1])[::-1]
+    total[np.isnan(total)] = np.inf
     best = int(total.argmin())
-    likely = np.flatnonzero(total < total[best] + as_likely)
+    likely = np.flatnonzero(total <= total[best] + as_likely)
     return best, int(likely[0]), int(likely[-1])

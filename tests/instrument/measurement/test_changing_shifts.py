@@ -109,3 +109,9 @@ def test_nothing_is_suspected_of_a_pair_alone() -> None:
     assert evidence is not None
     assert not evidence.has_levels
     assert suspects(evidence) == ()
+
+
+def test_where_no_cost_is_a_number_the_change_may_be_anywhere() -> None:
+    """As of an image that a path which ran away has left without numbers."""
+    assert cheapest_place(np.full(4, np.nan), np.full(4, np.nan), 10.0) == (0, 0, 4)
+    assert cheapest_place(np.array([0.0, 0.0, 5.0, 5.0]), np.array([5.0, 5.0, 0.0, 0.0]), 5.0) == (2, 1, 3)
