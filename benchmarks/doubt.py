@@ -1,9 +1,9 @@
 """Whether slips are told, placed and mended, and whether any is seen where there is none: ``python -m benchmarks.doubt``.
 
-``[--runs 50] [--counts 50 280] [--analysed]``. Runs are those of ``benchmarks.drawn_runs``. Each is looked at as it is, with all
-values one pattern late and early, and with one value lost at a place drawn at random. "false" are runs without a fault in
-which a slip was found or a frame masked for one; "placed" are those in which the lost value was told to 3 patterns; "kept"
-is the median share of frames that stay valid; "wrong" are frames of all runs that are valid and hold a value of another
+``[--runs 50] [--counts 50 280] [--analysed | --clean]``. Runs are those of ``benchmarks.drawn_runs``. Each is looked at as it
+is, with all values one pattern late and early, and with one value lost at a place drawn at random. "false" are runs without a
+fault in which a slip was found or a frame masked for one; "placed" are those in which the lost value was told to 3 patterns;
+"kept" is the median share of frames that stay valid; "wrong" are frames of all runs that are valid and hold a value of another
 pattern.
 
 ``--analysed`` looks at the analysis instead, which has path and image beside the counts. "false" are runs without a fault in
@@ -13,6 +13,8 @@ without noise, which no method can do better than: each pattern differs from the
 "MSE" and "PSNR" are ratio and difference of the figures to those of the run without the fault, median over runs, and "of
 all" the ratio of the mean squared errors over all runs but those with bars; "s" is the mean time of both analyses, "most s"
 the longest. A run that is refused, with the fault or without, counts as not told.
+
+``--clean`` analyses runs without a fault alone: "slips" and "contradictions" are false alarms.
 """
 
 import time
@@ -147,7 +149,32 @@ class Analysed:
         return f"{self.false} | {self.told} | {self.placed} | {self.reach} | {self.held} | {figures} | {took}"
 
 
-def print_table(heads: str, line_of: Callable[[], Line | Analysed], runs: range, counts: Sequence[float]) -> None:
+@dataclass
+class Clean:
+    """What analyses of runs without a fault told at one light, on one kind of bench."""
+
+    slips: int = 0
+    contradictions: int = 0
+    refused: int = 0
+
+    def add(self, rng: np.random.Generator, counts: float, *, ideal: bool) -> None:
+        """Draw a run and look at it."""
+        try:
+            found = analyse(recorded(rng, counts, ideal=ideal)).measurement.findings
+        except InputError:
+            self.refused += 1
+            return
+        self.slips += any(finding.kind == "shifted patterns" for finding in found)
+        self.contradictions += any(finding.kind == "contradiction" for finding in found)
+
+    def row(self) -> str:
+        """Give a row of the table."""
+        return f"{self.slips} | {self.contradictions} | {self.refused}"
+
+
+def print_table(
+    heads: str, line_of: Callable[[], Line | Analysed | Clean], runs: range, counts: Sequence[float]
+) -> None:
     """Print one line for each light, of ideal benches and of others."""
     columns = f"| bench | counts | runs | {heads} |"
     print(columns)
@@ -166,8 +193,13 @@ def main() -> None:
     parser = options(__doc__)
     parser.add_argument("--counts", type=float, nargs="+", default=COUNTS, help="counts of an all-on pattern")
     parser.add_argument("--analysed", action="store_true", help="look at what an analysis tells")
+    parser.add_argument(
+        "--clean", action="store_true", help="look at what an analysis tells of runs without a fault alone"
+    )
     arguments = parser.parse_args()
-    if arguments.analysed:
+    if arguments.clean:
+        heads, line_of = "slips | contradictions | refused", Clean
+    elif arguments.analysed:
         heads, line_of = "false | told | placed | in reach | held | MSE | of all | PSNR, dB | s | most s", Analysed
     else:
         heads, line_of = "false | late told | early told | lost one placed | kept | wrong frames", Line
