@@ -18,7 +18,7 @@ from instrument.analysis.changing_light import Change, fall_of, means, rise_of
 from instrument.analysis.find import Found, placed_at, reference_frame_of
 from instrument.choices import Background, Grid, Shape
 from instrument.joint import refine
-from instrument.measurement import Finding, FindingKind, Measurement, first_light
+from instrument.measurement import Finding, FindingKind, LightModel, Measurement, first_light
 from instrument.reconstruction import reconstruct
 from instrument.tracking import Trajectory, track
 from protocols import Floats, InputError, Mask
@@ -83,13 +83,27 @@ def crossing(measurement: Measurement) -> Crossing | None:
     scheme = measurement.scheme
     if scheme.position is None or scheme.image_rows is None:
         return None
-    dark = _without_light(measurement)
-    total, known = np.where(dark, 0.0, measurement.total), measurement.valid | dark
-    fall = fall_of(total, known)
-    rise = None if scheme.position.period_px is None else rise_of(total, known)
+    rise, fall = _changes(measurement)
     if rise is not None and fall is not None:  # the lamp may make one of them
         return _seen(measurement, rise, fall) or _seen(measurement, None, fall) or _seen(measurement, rise, None)
     return _seen(measurement, rise, fall)
+
+
+def _changes(measurement: Measurement) -> tuple[Change | None, Change | None]:
+    """Give where the light rises at the beginning of a run, and where it falls at its end."""
+    position = measurement.scheme.position
+    dark = _without_light(measurement)
+    total, known = np.where(dark, 0.0, measurement.total), measurement.valid | dark
+    rise = None if position is None or position.period_px is None else rise_of(total, known)
+    return rise, fall_of(total, known)
+
+
+def _by_leak(measurement: Measurement, light: LightModel, rise: Change | None, fall: Change | None) -> bool:
+    """Whether changes are gone where a leak that was found is taken off: it lets the light change as the fringes do."""
+    if not light.leak.value:
+        return False
+    rises, falls = _changes(measurement.lit_by(measurement.light.model_copy(update={"leak": light.leak})))
+    return (rise is not None and rises is None) or (fall is not None and falls is None)
 
 
 def _seen(measurement: Measurement, rise: Change | None, fall: Change | None) -> Crossing | None:
@@ -103,7 +117,7 @@ def _seen(measurement: Measurement, rise: Change | None, fall: Change | None) ->
     try:
         whole = first_light(replace(measurement, valid=measurement.valid & inside))
         found = track(whole, reference_frame=first)
-        if found.angle_deg is not None:
+        if found.angle_deg is not None or _by_leak(measurement, whole.light, rise, fall):
             return None
         image = reconstruct(whole, found, "tv").at_patterns
     except (InputError, np.linalg.LinAlgError):  # no object can be followed where the light is steady

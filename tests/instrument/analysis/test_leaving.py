@@ -1,3 +1,4 @@
+# pyright: reportPrivateUsage=false
 """An object that leaves the field is told from a lamp that fades, and followed as long as half of it is to be seen."""
 
 from dataclasses import replace
@@ -6,7 +7,7 @@ import numpy as np
 import pytest
 
 from instrument import Plan, Recording, analyse, simulate
-from instrument.analysis.leaving import crossing, going_on, share_inside
+from instrument.analysis.leaving import _by_leak, _changes, crossing, going_on, share_inside
 from instrument.measurement import Measurement
 from instrument.tracking import as_trajectory
 from protocols import Floats
@@ -182,3 +183,23 @@ def test_an_object_that_comes_and_goes_is_seen_in_between() -> None:
 
 def test_a_lamp_that_gets_brighter_is_no_object_that_comes() -> None:
     assert crossing(Measurement.of(recorded(0.4, led_drift_per_s=1.5))) is None
+
+
+def test_light_that_a_leak_makes_fall_is_no_object_that_leaves() -> None:
+    """An eighth of the picture before: over 28 px the total light falls by 2 % at the end, as the fringes go."""
+    plan = Plan(frames=600, image_size=64)
+    scene = {
+        "object": "letter-B",
+        "object_height_px": 18,
+        "start_px": [20.4, 22.7],
+        "mirror_transition_s": 12.5e-6,
+        "noise": {"kind": "pixel", "sigma": 0.02, "seed": 1},
+    }
+    way_px_s = np.array([28.0, 8.4]) / plan.run_time_s
+    measurement = Measurement.of(simulate(plan, scene, path=lambda time_s: np.multiply.outer(time_s, way_px_s)))
+    rise, fall = _changes(measurement)
+    assert rise is None
+    assert fall is not None
+    leak = measurement.light.leak.model_copy(update={"value": 0.125})
+    assert _by_leak(measurement, measurement.light.model_copy(update={"leak": leak}), rise, fall)
+    assert not _by_leak(measurement, measurement.light, rise, fall)
