@@ -113,7 +113,7 @@ def test_it_ends_where_the_motion_stands() -> None:
     assert refined.image.misfit == pytest.approx(1.0, abs=0.05)
 
 
-@pytest.mark.parametrize("counts", [100.0, 400.0])
+@pytest.mark.parametrize("counts", [100.0, pytest.param(400.0, marks=pytest.mark.thorough)])
 def test_few_photons_make_the_motion_no_worse(counts: float) -> None:
     """Of an all-on pattern. Weighting by the counts that came, not by those expected, made it several times worse."""
     tracked: list[float] = []

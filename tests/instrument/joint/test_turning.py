@@ -85,7 +85,7 @@ def analysed(turn_deg: float) -> Analysis:
     return analyse(turning(turn_deg, sigma=0.02, frames=500))
 
 
-@pytest.mark.parametrize("turn_deg", [20.0, 90.0])
+@pytest.mark.parametrize("turn_deg", [pytest.param(20.0, marks=pytest.mark.thorough), 90.0])
 def test_angle_and_image_of_an_object_that_turns(turn_deg: float) -> None:
     """Half a degree; and an image within 3 dB of that of the object at rest."""
     found, at_rest = analysed(turn_deg), analysed(0.0)
