@@ -118,6 +118,8 @@ def placed_again(measurement: Measurement, found: Found, find: Find, screen: Scr
         not any(moved) and better.sure[slips.sure].all()
     ):  # as many frames as are known, but for a few beside the changes
         return measurement, found
+    if better.changes[-1].place >= raw.values.size - per_frame:  # nothing comes after it that could tell
+        better = Slips.changing((len(raw), per_frame), better.segments[0].shift, better.changes[:-1])
     again = screen(better)
     try:
         return again, find(again)

@@ -89,7 +89,7 @@ def likeliest(frames: int, screen: Callable[[Slips], Measurement], suspects: Ite
     found = [one for one in found if not one.slips.changes or one.slips.changes[-1].place < last_frame]
     if not found:
         return None
-    of_none = min((one.cost for one in found if not one.slips.any), default=np.inf)
+    none = min((one for one in found if not one.slips.any), key=lambda one: one.cost, default=None)
     best = min(found, key=lambda one: one.cost)
     with suppress(InputError, np.linalg.LinAlgError):
         for _ in range(_LOOKS if best.slips.changes else 0):
@@ -97,7 +97,9 @@ def likeliest(frames: int, screen: Callable[[Slips], Measurement], suspects: Ite
             if not again.cost < best.cost or again.slips.changes == best.slips.changes:
                 break
             best = again
-    return replace(best, gain=of_none - best.cost)
+    if best.slips.changes and best.slips.changes[-1].place >= last_frame:
+        return none
+    return replace(best, gain=np.inf if none is None else none.cost - best.cost)
 
 
 def _costs(raw: Measurement, explained: Explained, shifts: Integers) -> dict[int, Floats]:
